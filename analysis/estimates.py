@@ -308,8 +308,31 @@ class DeclaredQuantity:
 
 
 def doubts(quantities: Sequence[DeclaredQuantity]) -> list[str]:
-    """Say which declarations the data push beyond `TOLERANCES`."""
-    return [f"the declaration is doubtful: {one.sentence}" for one in quantities if one.beyond]
+    """Say which declarations the data push beyond `TOLERANCES`, and what else looks like one."""
+    return [
+        f"the declaration is doubtful: {one.sentence}{LOOKS_LIKE.get(one.name, '')}"
+        for one in quantities
+        if one.beyond
+    ]
+
+
+LOOKS_LIKE = {"plate_shear": "; a thickness declared some per cent wrong looks like this: measure it"}
+"""What is added to a doubt. E h^3 follows from the resonances; what is left of an error of h is a wrong share of
+shear and rotary inertia, which goes with h^2."""
+
+
+TOLD = 0.5
+"""Share of a tolerance up to which data have to narrow a quantity to tell it."""
+
+
+def untold(quantities: Sequence[DeclaredQuantity]) -> tuple[str, ...]:
+    """Names, for people, of the plate's declared quantities that E follows from and the data do not tell."""
+    missing = [one for one in quantities if one.name in OF_E and one.sigma > TOLD * one.tolerance]
+    return tuple(dict.fromkeys(KINDS[one.name] for one in missing))
+
+
+OF_E = ("plate_thickness", "plate_mass", "plate_length_x", "plate_length_y")
+"""What E follows from, besides the resonances."""
 
 
 def budget(

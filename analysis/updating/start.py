@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.declaration.plate import Plate
+from analysis.declaration.plate_material import material_box
 from analysis.material import MaterialBox
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData, best_gain, fit_sweep
@@ -49,6 +51,40 @@ LEAST_LOSS = 0.005
 """Smallest loss factor at which fits start: wide resonances overlap with those of the solution."""
 WORKERS = 2
 """Threads that evaluate points of the grid: eigenvalue routines release the interpreter lock."""
+
+
+STRAIGHT, FIRST = 1.8, 3.6
+"""Wave number times the longest distance on a plate: below the first nothing resonates by bending, a cantilever
+(1.875) included; at the second a free plate has its first resonance, a square in torsion."""
+
+
+def require_bending(plate: Plate, frequency: Real) -> None:
+    """Refuse FRFs in whose band a plate is rigid: their unit is another one.
+
+    Parameters
+    ----------
+    plate : Plate
+    frequency : (F,) ndarray
+        Hz.
+
+    Raises
+    ------
+    ValueError
+    """
+    box = material_box(plate.material)
+    stiffness = box.youngs_modulus[0] * plate.thickness**3 / (12.0 * (1.0 - box.poisson_ratio[0] ** 2))
+    across = float(np.linalg.norm(np.subtract(*plate.bounds)))
+    rigid, first = (
+        (k / across) ** 2 * np.sqrt(stiffness / (plate.density * plate.thickness)) / (2.0 * np.pi)
+        for k in (STRAIGHT, FIRST)
+    )
+    highest = float(frequency[-1])
+    if highest < rigid:
+        raise ValueError(
+            f"the FRFs end at {highest:.3g} Hz, and a plate of these dimensions has no resonance below about "
+            f"{first:.2g} Hz. Are the frequencies in kHz? Then write the unit where the file names them "
+            "(frequency_khz). Else correct length, thickness or mass"
+        )
 
 
 def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> Real:

@@ -26,6 +26,7 @@ from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.sheet_start import sheet_start
+from analysis.updating.start import require_bending
 from analysis.updating.update import outlier_sweeps, polarity_corrected, update
 from app.files.campaigns.inputs import campaign_settings
 from app.files.provenance import provenance, sha256
@@ -220,7 +221,8 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     older = () if run is None else said_of_older_modes(run / "modes.h5", campaign)
     of_temperatures = (*recorded_notes(campaign), *label_notes(campaign, frf, updated))
-    gains = gain_notes(updated, campaign.experiment.inputs)
+    band = float(frf.frequency[0]), float(frf.frequency[-1])
+    gains = gain_notes(updated, campaign.experiment.inputs, band)
     frf = replace(frf, notes=(*frf.notes, *gains, *of_temperatures, *drift_notes(protocol, updated, laws), *older))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
     pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
@@ -233,6 +235,7 @@ def _fitted(campaign: AnyCampaign, mains: float, report: Progress) -> tuple[Frf,
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # checked before a twin is built
+        require_bending(campaign.experiment.plate, frf.frequency)
         if not twin_is_built(campaign.experiment):
             from app.stages.comparison.declaration_check import check_declaration  # slow import: mesher
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.estimates import DeclaredQuantity, doubts
+from analysis.estimates import DeclaredQuantity, doubts, untold
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.results.best_twin import BestTwin, TwinOfRun
@@ -297,7 +297,12 @@ def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[
     """Say how well the declaration is known, and what the campaign could not show."""
     said = [f"{_first(one)}." for one in doubts(declared)]
     if declared and not said:
-        said = ["What was declared is confirmed within its tolerances; the ± of E, ν and η contain them."]
+        said = ["Nothing that was declared is found beyond its tolerance; the ± of E, ν and η contain these."]
+        if asked := untold(declared):
+            said.append(
+                f"Not told by the data, and taken as declared: {', '.join(asked)} of the plate. Where one of them "
+                "is off by more than its tolerance, E is off by more than its ±."
+            )
     return [("How well known", [*said, *unseen])]
 
 

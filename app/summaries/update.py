@@ -44,9 +44,23 @@ SAME_FACTOR = 1.1
 """Factor either way by which a gain is one of them: the calibration comes on top."""
 
 
-def gain_notes(updated: Updated, inputs: Sequence[Channel]) -> list[str]:
-    """Say which measured forces are not those that the twin needs for its FRFs: a unit, or a sensitivity."""
+DERIVATIVES = (1, 2)
+"""Times that one quantity of motion is differentiated to give another: velocity, acceleration."""
+MISSED = 0.5
+"""Share of the response that the twin misses, from which the FRFs may be of another quantity: in a right fit that
+is off by a factor, they are not."""
+
+
+def gain_notes(updated: Updated, inputs: Sequence[Channel], band: tuple[float, float]) -> list[str]:
+    """Say which measured forces are not those that the twin needs for its FRFs: a unit, or a sensitivity.
+
+    Parameters
+    ----------
+    band : (float, float)
+        Of the FRFs, Hz: velocity taken for acceleration is off by the angular frequency.
+    """
     said = []
+    missed = float(np.median(updated.misfit)) > MISSED
     for one, gain in zip(inputs, np.abs(updated.gains).tolist(), strict=True):
         off = max(gain, 1.0 / gain) if gain > 0.0 else np.inf
         if one.quantity != "force" or off < UNLIKELY_GAIN:
@@ -54,7 +68,9 @@ def gain_notes(updated: Updated, inputs: Sequence[Channel]) -> list[str]:
         known = [
             words for factor, words in MISTAKEN_UNITS.items() if off / SAME_FACTOR < factor < off * SAME_FACTOR
         ]
-        like = f" ({known[0]} are that much apart)" if known else ""
+        if missed and any(band[0] <= off ** (1.0 / n) / (2.0 * np.pi) <= band[1] for n in DERIVATIVES):
+            known.append("displacement, velocity and acceleration, one of them declared for another,")
+        like = f" ({', or '.join(known)} are that much apart)" if known else ""
         said.append(
             f"{one.id}: gain {gain:.3g} {one.gain_unit}, and a measured force has 1: the FRFs are {off:.3g} times "
             f"too {'large' if gain > 1.0 else 'small'}{like}. Correct units or sensitivity; the frequencies, and "

@@ -346,7 +346,8 @@ class _Descent:
         away: float,
     ) -> _Trial:
         """Join derivatives by declared quantities that were computed at a point `away`."""
-        joined = [part.with_last(there, free.tolerances) for part, there in zip(parts, known, strict=True)]
+        count, shared = free.tolerances, GLOBAL + len(state.log_gain)
+        joined = [part.with_last(there, count, shared) for part, there in zip(parts, known, strict=True)]
         return replace(self._trial(state, free, joined, known), away=away)
 
     def _trial(

@@ -1,6 +1,6 @@
 """A campaign linearised once: fits and score tests near one state without another evaluation of the twin."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
@@ -55,9 +55,9 @@ class LinearisedSweeps:
         state: GapState,
         executor: Executor,
         *,
-        candidates: bool = True,
+        candidates: Collection[str] | None = None,
     ) -> "LinearisedSweeps":
-        """Linearise unweighted sweeps by all declared quantities, all effects that are on, and all candidates.
+        """Linearise unweighted sweeps by all declared quantities, all effects that are on, and candidates.
 
         Parameters
         ----------
@@ -66,8 +66,9 @@ class LinearisedSweeps:
         state : GapState
         executor : Executor
             Sweeps are linearised on it.
-        candidates : bool
-            Whether effects that are off take part.
+        candidates : collection of str, optional
+            Effects that take part though they are off; by default all. At all their sites they are most of the
+            derivatives.
 
         Returns
         -------
@@ -76,7 +77,7 @@ class LinearisedSweeps:
         known = {**model.tolerance_cards, **model.cards}
         tangents: list[Tangent] = [(n, p.name, state.on[n]) for n in state.on for p in known[n].parameters]
         for name, card in model.cards.items():
-            if candidates and name not in state.on:
+            if name not in state.on and (candidates is None or name in candidates):
                 tangents += [(name, p.name, card.zero(site)) for site in card.sites for p in card.amplitudes]
         white = whiten_all(model, sweeps, state, tangents, executor)
         first = GLOBAL + len(state.log_gain)

@@ -32,6 +32,9 @@ BLOCK = 2_000_000
 """Whitened numbers of one sweep that are held at once, about; with its copies each takes 100 bytes. All columns of
 a laser scan of 200 points are 30 million."""
 
+ALIKE = 1e-10
+"""Ratio of singular values below which laws and gain of one sweep are not told apart."""
+
 
 @dataclass(frozen=True)
 class SweepEquations:
@@ -80,8 +83,20 @@ class SweepEquations:
             raise ValueError("the columns of these equations were not kept")
         return self.columns
 
-    def with_last(self, known: "SweepEquations", count: int) -> "SweepEquations":
+    def with_last(self, known: "SweepEquations", count: int, shared: int) -> "SweepEquations":
         """Join the last `count` columns that were computed at another state, near this one.
+
+        What those have in common with laws and gains follows these to the present state; only the rest is that of
+        the other. Else thickness and modulus, say, that act alike at every state, would seem to differ by as much
+        as derivatives change between two, and the data to tell one from the other.
+
+        Parameters
+        ----------
+        known : SweepEquations
+            Of the same sweep.
+        count : int
+        shared : int
+            Number of columns before those of effects, which both begin with.
 
         Raises
         ------
@@ -89,9 +104,14 @@ class SweepEquations:
             Where the columns of one of them were not kept.
         """
         columns, last = self._kept, known._kept[-count:]
+        rows = [*range(VALUES.stop), *range(GLOBAL, shared)]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(known.matrix)[rows], np.finfo(float).tiny))
+        unit = known.matrix[np.ix_(rows, rows)] * scale[:, None] * scale
+        alike = scale[:, None] * np.linalg.lstsq(unit, scale[:, None] * known.matrix[rows, -count:], ALIKE)[0]
+        last = last + np.tensordot(alike.T, columns[rows] - known._kept[rows], 1)
         across = np.tensordot(columns.conj(), last, ((1, 2), (1, 2))).real
         pull = np.tensordot(last.conj(), self.residual, 2).real
-        own = known.matrix[-count:, -count:]
+        own = np.tensordot(last.conj(), last, ((1, 2), (1, 2))).real
         return replace(
             self,
             matrix=np.block([[self.matrix, across], [across.T, own]]),

@@ -7,6 +7,7 @@ scatter before over that after. So no residual has to be noise for a name to be 
 
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -183,25 +184,27 @@ class ImperfectSearch:
             fitted = self._fitted(near, trial.state)
             if not fitted.fit.plausible or fitted.idle(self.plain.model.cards):
                 continue
-            found = self._neighbours(fitted)
+            gone = [name for name in near.at.effects if name not in fitted.effects]
+            # most sets are refused, and all candidates are most of the cost
+            found = self._neighbours(fitted, gone)
             if found.over(near) >= least:
-                return found
+                return self._neighbours(fitted, here=found.here)
         return None
 
-    def _neighbours(self, at: Imperfect) -> "_Neighbours":
+    def _neighbours(
+        self, at: Imperfect, candidates: Collection[str] | None = None, here: JudgedSet | None = None
+    ) -> "_Neighbours":
+        """Linearise at a twin by some candidates, by default all; `here`: what the twin comes to, if known."""
         self.plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
-        linear = self._linearised(at, candidates=True)
-        here = self.plain.seen_by(linear)
-        judged = RandomEffects.of(linear, self.plain.sweeps)
-        screening = _screened(here.weighted(at.context.sweeps.weights), at.fit)
-        return _Neighbours(at, here, screening, judged, judged.here())
+        judged = self._judged(at, candidates)
+        return _Neighbours(at, self.plain.seen_by(judged.linear), judged, here or judged.here())
 
-    def _judged(self, at: Imperfect) -> RandomEffects:
-        return RandomEffects.of(self._linearised(at, candidates=False), self.plain.sweeps)
-
-    def _linearised(self, at: Imperfect, *, candidates: bool) -> LinearisedSweeps:
+    def _judged(self, at: Imperfect, candidates: Collection[str] | None = ()) -> RandomEffects:
         plain = self.plain
-        return LinearisedSweeps.of(plain.model, plain.sweeps, at.fit.state, plain.executor, candidates=candidates)
+        linear = LinearisedSweeps.of(
+            plain.model, plain.sweeps, at.fit.state, plain.executor, candidates=candidates
+        )
+        return RandomEffects.of(linear, plain.sweeps)
 
     def _fitted(self, near: "_Neighbours", state: GapState) -> Imperfect:
         """Fit a set of effects with the twin itself, from where the campaign linearised near it leaves it."""
@@ -242,9 +245,13 @@ class _Neighbours:
 
     at: Imperfect
     plain: SearchContext
-    screening: ScoreTest
     judged: RandomEffects
     here: JudgedSet
+
+    @cached_property
+    def screening(self) -> ScoreTest:
+        """Score test of all candidates beside the scatter."""
+        return _screened(self.plain.weighted(self.at.context.sweeps.weights), self.at.fit)
 
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
@@ -346,7 +353,7 @@ def settled_from_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
     -------
     Imperfect
     """
-    linear = LinearisedSweeps.of(plain.model, plain.sweeps, begun.state, plain.executor, candidates=False)
+    linear = LinearisedSweeps.of(plain.model, plain.sweeps, begun.state, plain.executor, candidates=())
     near = settled(plain.seen_by(linear), begun.state, begun.predicted, begun.residual, begun.determined)
     residual = near.context.sweeps.weights.undone(near.fit.residual)
     return settled(plain, near.fit.state, begun.predicted, residual, near.fit.determined, rounds=TWIN_ROUNDS)

@@ -30,6 +30,7 @@ from analysis.gap.thresholds import (
     MOVED_ELSEWHERE,
     NEAR_MARGIN,
     PAIRS_REFITTED,
+    PREDICTION_MARGIN,
     REFITTED,
     SITES_REFITTED,
     WIDENED,
@@ -238,9 +239,8 @@ def _pair(
     """Add two effects at once, if neither one effect nor effects added one by one explain enough."""
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
-    pairs = [
-        c for c in first.pairs(singles) if c.gain >= context.least_gain() and frozenset(c.effects) not in tried
-    ]
+    least = max(context.least_gain(), _promise_needed(context, baseline))
+    pairs = [c for c in first.pairs(singles) if c.gain >= least and frozenset(c.effects) not in tried]
     if not pairs:
         return [], None
     sets = [(c.effects, absent(context, first, c)) for c in pairs[:PAIRS_REFITTED]]
@@ -252,6 +252,14 @@ def _pair(
     enough = context.agrees(best.fit) or share >= EXPLAINED
     step = Step(tuple(pairs), tuple(refits), best.effects, share, enough)
     return [step], best.fit if enough else None
+
+
+def _promise_needed(context: SearchContext, baseline: GapFit) -> float:
+    """Gain to first order, nats, below which no fit explains enough; 0 from far, where it tells little."""
+    if context.far(baseline):
+        return 0.0
+    needed = context.excess(baseline) - context.allowed(baseline)
+    return 0.5 * EXPLAINED * max(needed, 0.0) / PREDICTION_MARGIN
 
 
 def relocated(context: SearchContext, baseline: GapFit, fit: GapFit) -> GapFit:

@@ -401,8 +401,9 @@ def _families(
 
 
 def _tried(experiment: Experiment, box: MaterialBox, sweep: SweepModes) -> CoarseTrial | None:
-    """Try one declaration; None where no coarse model can be made of it."""
+    """Try one declaration; None where no coarse model can be made of it: transducers off a shorter plate, say."""
     try:
-        return tried(CoarsePlate.of(experiment, box), box, sweep)
-    except (RuntimeError, GeometryError, np.linalg.LinAlgError):
+        plate = CoarsePlate.of(experiment, box)
+    except (RuntimeError, ValueError):
         return None
+    return tried(plate, box, sweep)

@@ -54,7 +54,7 @@ def test_a_gap_that_is_explained(tmp_path: Path) -> None:
         "99.99 % of the gap is explained; of data that were not fitted, 99.99 %.",
         "Filters gain up to 0.012 of contrast (at 60 °C).",
         "Nothing beyond the noise.",
-        "confirmed within its tolerances",
+        "Nothing that was declared is found beyond its tolerance",
         "Cannot be seen with this campaign: plate that lags behind the oven; it needs two ramps.",
         "To confirm it: weigh cable and glue.",
     ):

@@ -67,3 +67,32 @@ def test_a_step_of_collinear_unknowns_is_taken_along_its_curve():
     assert ended.chi2 > 0.5 * begun.chi2
     bent = begun.bent(step, ended.residual)
     assert at(*np.linalg.solve(bent.matrix, bent.gradient)).chi2 < 0.1 * ended.chi2
+
+
+def test_known_derivatives_do_not_tell_apart_what_acts_alike():
+    """Modulus and thickness act as E h^3, alike at every state, whose derivatives change by 4 % between two.
+
+    Joined as they stood, the thickness seemed to be told apart by these 4 %: with thousands of lines, E had a
+    standard deviation fourteen times too small.
+    """
+    lines = np.linspace(0.5, 1.5, 200)[None]
+
+    def at(stiffness, *, thickness):
+        response = 100.0 / (1.0 - lines**2 / stiffness + 0.05j)
+        modulus = -(response**2) / 100.0 * lines**2 / stiffness
+        loss = -(response**2) / 100.0 * 0.05j
+        laws = [modulus, lines * modulus, loss, *np.zeros((7, *lines.shape))]
+        columns = np.array([*laws, response, *([3.0 * modulus] if thickness else []), 0.1 * response])
+        return WhitenedSweep(columns, response).equations(keep=True)
+
+    def told(equations):
+        """Share of the thickness's own information that laws and gain leave."""
+        used = [0, 1, 2, 10]
+        lever = np.linalg.solve(equations.matrix[np.ix_(used, used)], equations.matrix[used, -1])
+        return 1.0 - equations.matrix[used, -1] @ lever / equations.matrix[-1, -1]
+
+    known, now = at(1.0, thickness=True), at(1.001, thickness=False)
+    assert 0.02 < now.changed_from(known) < 0.06
+    joined, anew = now.with_last(known, 1, shared=11), at(1.001, thickness=True)
+    np.testing.assert_allclose(joined.matrix, anew.matrix, rtol=1e-6, atol=1e-6 * anew.matrix.max())
+    assert told(joined) < 1e-9

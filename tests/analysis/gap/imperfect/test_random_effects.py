@@ -75,7 +75,7 @@ def test_the_scatter_drawn_is_found(scattered):
     found = []
     for seed in range(2, 8):
         context, fit = scattered(seed, 0.003, 0.015)
-        linear = LinearisedSweeps.of(context.model, context.sweeps, fit.state, context.executor, candidates=False)
+        linear = LinearisedSweeps.of(context.model, context.sweeps, fit.state, context.executor, candidates=())
         found.append(RandomEffects.of(linear, context.sweeps).here().scatter)
     assert np.sqrt(np.mean([one.frequency**2 for one in found])) == pytest.approx(0.003, rel=0.3)
     assert np.sqrt(np.mean([one.amplitude**2 for one in found])) == pytest.approx(0.015, rel=0.2)
@@ -99,7 +99,7 @@ def test_of_modes_that_scatter_no_effect_is_made(scattered):
 
 def test_without_scatter_the_floor_is_what_is_left(scattered):
     context, fit = scattered(1, 0.0)
-    linear = LinearisedSweeps.of(context.model, context.sweeps, fit.state, context.executor, candidates=False)
+    linear = LinearisedSweeps.of(context.model, context.sweeps, fit.state, context.executor, candidates=())
     found = RandomEffects.of(linear, context.sweeps).here()
     half = 0.5 * float(np.exp(fit.state.laws[:, 2].mean()))
     assert found.scatter.frequency == pytest.approx(context.sweeps.twin_error * half, rel=0.3)

@@ -49,9 +49,10 @@ def test_a_folder_is_not_called_like_a_file(tmp_path, name: str) -> None:
 def test_a_missing_result_names_its_verb(tmp_path) -> None:
     with pytest.raises(ResultFileError, match=r"holds no laws\.h5; make it with: flexura update"):
         run_file(tmp_path, "laws.h5", "focus")
-    with pytest.raises(ResultFileError, match="make it with: flexura focus '.*of a run'"):
-        (tmp_path / "of a run").mkdir()
-        run_file(tmp_path / "of a run", "filters.h5", "radiation")
+    run = tmp_path / "of a run"
+    run.mkdir()
+    with pytest.raises(ResultFileError, match=r"make it with: flexura focus '.*of a run'"):
+        run_file(run, "filters.h5", "radiation")
 
 
 def test_a_folder_of_later_results_is_told_to_be_named_with_out(tmp_path) -> None:
