@@ -126,8 +126,8 @@ def of_array(
     ----------
     name : str
     array : (N,), (C, N) or (N, C) ndarray
-        Axes of length 1 do not count. Complex ones, and those whose `axis` is known, may have three: responses
-        before references, or sweeps before sensors.
+        Axes of length 1 do not count, but for one of a single response before several references. Complex ones,
+        and those whose `axis` is known, may have three: responses before references, or sweeps before sensors.
     axis : int, optional
         That of samples or lines in the squeezed array; the longest unless given.
     labels : sequence of str
@@ -162,6 +162,8 @@ def of_array(
         _, references, samples = rows.shape
         rows = rows.reshape(-1, samples)
         numbers = [f"[{row // references + 1},{row % references + 1}]" for row in range(len(rows))]
+    elif kind is complex and _of_one_response(array.shape, axis):
+        numbers = [f"[1,{row}]" for row in range(1, len(rows) + 1)]
     else:
         numbers = [f"[{row}]" for row in range(1, len(rows) + 1)]
     if len(rows) > MOST_COLUMNS:
@@ -173,6 +175,13 @@ def of_array(
     if len(labels) == len(rows) and len(set(labels)) == len(rows):
         return {label: np.asarray(row, dtype=kind) for label, row in zip(labels, rows, strict=True)}
     return {f"{name}{number}": np.asarray(row, dtype=kind) for number, row in zip(numbers, rows, strict=True)}
+
+
+def _of_one_response(shape: tuple[int, ...], axis: int) -> bool:
+    """Whether an array of FRFs has one response before its references; `axis` of the lines when squeezed."""
+    long = [place for place, length in enumerate(shape) if length > 1]
+    others = [length for place, length in enumerate(shape) if place != long[axis]]
+    return len(others) == 2 and others[0] == 1
 
 
 FREQUENCY = "frequency"

@@ -45,7 +45,7 @@ def read(path: Path) -> Columns:
     else:
         from scipy.io import loadmat
 
-        for name, value in loadmat(path, squeeze_me=True, struct_as_record=True).items():
+        for name, value in loadmat(path, struct_as_record=True).items():
             if not name.startswith("__"):
                 _from_value(value, name, arrays, 0)
     return _grouped(of_named_arrays(arrays))

@@ -121,8 +121,8 @@ def run_file(run: Path, name: str, verb: str) -> Path:
         )
     if not run.exists():
         raise ResultFileError(f"{run}: does not exist; make it with: flexura {MADE_BY[name]}")
-    typed = f" {quoted(run)}" if name in OF_RUN else ""
-    raise ResultFileError(f"{run}: holds no {name}; make it with: flexura {MADE_BY[name]}{typed}")
+    made_from = f" {quoted(run)}" if name in OF_RUN else ""
+    raise ResultFileError(f"{run}: holds no {name}; make it with: flexura {MADE_BY[name]}{made_from}")
 
 
 def is_test_run(run: Path) -> bool:

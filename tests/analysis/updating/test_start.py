@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.plate import Plate
 from analysis.material import MaterialBox
 from analysis.updating import start
 from analysis.updating.normal_equations import SweepData
@@ -39,3 +40,11 @@ def test_other_ratios_are_asked_only_where_the_middle_one_leads_nowhere(
     assert shares[-1] == 1.0
     assert found[0] == pytest.approx(2e9, rel=0.1)
     assert len(asked) == ratios
+
+
+def test_frequencies_in_khz_that_were_taken_for_hz_are_refused() -> None:
+    """0.04 to 0.6 ended with a traceback of a matrix that has no factor. A free square has kL = 3.67 first."""
+    plate = Plate(length_x=0.2, length_y=0.15, thickness=0.0022, mass=0.06)
+    with pytest.raises(ValueError, match=r"end at 0\.6 Hz.*no resonance below about 21 Hz. Are.* in kHz\?"):
+        start.require_bending(plate, np.linspace(0.04, 0.6, 100))
+    start.require_bending(plate, np.linspace(1.0, 21.0, 100))

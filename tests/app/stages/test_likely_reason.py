@@ -17,6 +17,7 @@ from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import SweepModes, tried
 from analysis.recordings.frf import campaign_frf
 from app.files.campaigns.loading import load_campaign
+from app.stages.comparison import declaration_check
 from app.stages.comparison.declaration_check import exchanged_channels, likely_reason
 from simulation.reduction.coarse_plate import CoarsePlate
 
@@ -113,3 +114,13 @@ def test_exchanged_channels_are_put_in_order() -> None:
     assert f"{names[0]} is recorded as {names[1]}" in other.words
     right = SweepModes(20.0, sweep.frequency, h[order], sweep.deviation, sweep.modes, sweep.terms)
     assert list(exchanged_channels(experiment, box, right)) == []
+
+
+def test_a_length_that_leaves_a_transducer_off_the_plate_is_no_alternative() -> None:
+    """A drive in the outer fifth of a side ended the search with a traceback: point off the plate."""
+    experiment, sweep = sweep_of(HAMMER, 0)
+    box = MaterialBox((60e9, 80e9), (0.3, 0.36), (1e-3, 1e-2))
+    across = experiment.plate.length_x
+    drives = tuple(one.model_copy(update={"point": (0.9 * across, one.point[1])}) for one in experiment.drive)
+    shorter = plate(experiment.model_copy(update={"drive": drives}), length_x=0.8 * across)
+    assert declaration_check._tried(shorter, box, sweep) is None

@@ -101,6 +101,29 @@ def test_frfs_of_three_axes_are_responses_by_references(tmp_path: Path) -> None:
         numpy_archive.read(tmp_path / "a.npz")
 
 
+@pytest.mark.parametrize("kind", ["mat", "h5", "npz"])
+def test_one_response_before_several_references_is_one_sensor(tmp_path: Path, kind: str) -> None:
+    """(1, 2, N) became H[1] and H[2], two sensors of one drive, and was no fit."""
+    rng = np.random.default_rng(3)
+    h = rng.normal(size=(1, 2, 50)) + 1j * rng.normal(size=(1, 2, 50))
+    file, f = tmp_path / f"one.{kind}", np.linspace(10.0, 500.0, 50)
+    if kind == "mat":
+        savemat(file, {"H": h, "f": f})
+    elif kind == "npz":
+        np.savez(file, H=h, f=f)
+    else:
+        with h5py.File(file, "w") as made:
+            made["H"], made["f"] = h, f
+    read = read_columns(file)
+    assert {name for name in read.values if name != "f"} == {"H[1,1]", "H[1,2]"}
+    np.testing.assert_array_equal(read.values["H[1,2]"], h[0, 1])
+
+
+def test_several_responses_of_one_reference_are_numbered(tmp_path: Path) -> None:
+    savemat(tmp_path / "one.mat", {"H": np.ones((2, 1, 50)) * np.exp(1j * np.arange(50)), "f": np.arange(50.0)})
+    assert {"H[1]", "H[2]"} <= set(read_columns(tmp_path / "one.mat").values)
+
+
 def _real_and_imag(h: np.ndarray) -> np.ndarray:
     held = np.empty(h.shape, dtype=[("real", "f8"), ("imag", "f8")])
     held["real"], held["imag"] = h.real, h.imag
