@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.judgement.status import LEFT
 from analysis.identification.modes import Damping, Modes, PoleReading
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.files.results.pairing_json import shown
@@ -126,6 +127,9 @@ def _status(mode: dict[str, Any]) -> str:
     words = ", ".join(word for word in (mode["status"], mode["confirmation"]) if word)
     if words not in ("kept", "kept, confirmed"):
         words += f": {mode['reason']}"
+    # what speaks for a mode that is kept stands in modes.csv; what speaks against its numbers is said here, too
+    elif doubt := next((part for part in mode["reason"].split("; ") if LEFT in part), ""):
+        words += f"; {doubt}"
     return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"
 
 

@@ -22,7 +22,8 @@ UNRESOLVED = "too close to a taller peak for the lines to separate them, or its 
 
 POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
 
-NOT_ONE_POLE = "; {:.2g} times the noise is left at its peak: more than one mode, or one that changed meanwhile"
+LEFT = "times the noise is left at its peak"
+NOT_ONE_POLE = f"; {{:.2g}} {LEFT}: more than one mode, or one that changed meanwhile; its sigmas are too small"
 
 LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
 """Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not

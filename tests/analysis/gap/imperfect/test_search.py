@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from analysis.gap.imperfect import search
 from analysis.gap.imperfect.naming import Surety, beside_discrepancy, doubt_of_scatter
+from analysis.gap.imperfect.search import ImperfectSearch
 
 
 @pytest.mark.parametrize("seed", [2, 3, pytest.param(5, marks=pytest.mark.slow)])
@@ -46,6 +48,15 @@ def test_an_effect_among_modes_that_scatter_is_named(scattered, effects, alike):
 def test_without_the_true_effect_nothing_is_claimed(scattered):
     context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}}, left_out=("taper", "draught"))
     assert not beside_discrepancy(context, baseline).claimed
+
+
+def test_an_effect_within_its_own_deviation_is_none_whatever_its_evidence(scattered, monkeypatch):
+    """Beside a mass a spot of 0.4 +- 0.3 % was named with 0.82: it had 68 nats."""
+    context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}})
+    (name, size) = "taper", ImperfectSearch(context, baseline).run().final.size("taper")
+    assert 5.0 < size < 1000.0
+    monkeypatch.setattr(search, "LEAST_SIGMAS", 1.01 * size)
+    assert name not in ImperfectSearch(context, baseline).run().final.effects
 
 
 def test_modes_that_scatter_explain_a_gap_as_well_as_effects_that_are_not_there(scattered):
