@@ -67,10 +67,12 @@ class ModeList:
         poles: NDArray[np.complex128],
         residues: NDArray[np.complex128],
         rms: NDArray[np.float64],
-        sigma: tuple[float, float] = (0.0, 0.0),
         damping: Damping = "hysteretic",
     ) -> Self:
-        """Take poles and residues of a twin.
+        """Take poles and residues of a twin, without standard deviations.
+
+        Its material was fitted to these resonances: most of the standard deviation of E, by the thickness, say,
+        leaves the frequencies.
 
         Parameters
         ----------
@@ -80,8 +82,6 @@ class ModeList:
             FRF unit times rad/s, gain included.
         rms : (K,) ndarray
             Of the measured FRFs.
-        sigma : (float, float)
-            Relative standard deviations of all frequencies and all damping ratios.
         damping : str
             How poles are read.
 
@@ -89,9 +89,7 @@ class ModeList:
         -------
         ModeList
         """
-        covariance = np.zeros((len(poles), 2, 2))
-        covariance[:, 0, 0], covariance[:, 1, 1] = np.square(sigma)
-        reading = read_poles(poles, covariance, damping)
+        reading = read_poles(poles, np.zeros((len(poles), 2, 2)), damping)
         return cls._of(reading, residues / rms[:, None], np.ones(len(poles), dtype=bool), np.arange(len(poles)))
 
     @classmethod

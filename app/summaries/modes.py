@@ -185,7 +185,7 @@ Record = Mapping[str, Any]
 HEADINGS = ("measured [Hz]", "twin [Hz]", "Δf [%]", "Δf [σ]", "ζ measured/twin")
 CAPTION = (
     "match: frequency within half a bandwidth (at least 1 %), residue alike; – : weak or overlapped, not counted. "
-    "Δf: twin less measured"
+    "Δf: twin less measured, in per cent and in the measured one's σ. MAC: every channel over the rms of its FRF"
 )
 
 POINTS_CAPTION = "CoMAC: 1 where measured and computed residues of all strong pairs are in proportion"

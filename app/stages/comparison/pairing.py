@@ -200,8 +200,7 @@ def paired_sweeps(
         lines, deviation = frf.frequency[inside], np.sqrt(frf.variance[t][:, inside])
         residues = residues_at(poles, lines, answers[t][:, inside], deviation, measured.terms)
         rms = np.sqrt((np.abs(frf.h[t][:, inside]) ** 2).mean(axis=1))
-        sigma = _relative_sigma(updated, t)
-        computed = ModeList.computed(poles, residues, rms, sigma, modes.damping)
+        computed = ModeList.computed(poles, residues, rms, modes.damping)
         pairs.append(pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed))
         sizes.append(rms)
     rows = list(measured.modes)
@@ -278,17 +277,6 @@ def _with_places(experiment: Experiment, compared: PointComparison, material: Re
         of_kind = [k for k in wanted if outputs[k].quantity == kind]
         found |= {k: places for k in of_kind if (places := fitting_places(compared.measured[k], k, known))}
     return replace(compared, fitting=found)
-
-
-def _relative_sigma(updated: Updated, t: int) -> tuple[float, float]:
-    """Relative standard deviations of a computed mode's frequency and damping, as those of the material give."""
-    if updated.sheet is not None:  # of whichever direction is least certain
-        value, sigma = updated.sheet.value.rows[:, t], updated.sheet.sigma.rows[:, t]
-        return 0.5 * float((sigma[:3] / value[:3]).max()), float((sigma[4:] / value[4:]).max())
-    return (
-        0.5 * float(updated.sigma.youngs_modulus[t] / updated.material.youngs_modulus[t]),
-        float(updated.sigma.loss_factor[t] / updated.material.loss_factor[t]),
-    )
 
 
 def with_reason(

@@ -51,12 +51,6 @@ def test_a_peak_is_what_the_frf_of_one_mode_reaches() -> None:
     assert found.strong[0] == (np.abs(alone).max() / rms > 0.3)
 
 
-def test_a_twins_modes_carry_the_deviations_of_its_material() -> None:
-    found = ModeList.computed(POLES[:1], np.ones((1, 1), complex), np.ones(1), (1e-3, 2e-2), "viscous")
-    assert found.sigma_frequency[0] == pytest.approx(0.2)
-    assert found.sigma_damping_ratio[0] == pytest.approx(2e-4)
-
-
 def test_arrays_that_do_not_belong_together_are_refused() -> None:
     one, two = np.ones(1), np.ones(2)
     with pytest.raises(ValueError, match="sigma_frequency has shape"):
