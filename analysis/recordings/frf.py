@@ -277,7 +277,12 @@ class Frf(Labelled):
         every = set(inverted) == set(self.channels)
         many = every and len(inverted) > 1
         names = f"all {len(inverted)} channels are" if many else f"channel {', '.join(inverted)} is"
-        there = ", there or at what drives" if every else ""
+        there = (
+            ", there or at what drives; a force that is counted along the motion pushes from below "
+            '(side = "bottom" of its [[drive]])'
+            if every
+            else ""
+        )
         driven = f" with {self.sources[source]} driven" if self.sources else ""
         note = (
             f"{names} inverted{driven}: wiring, patch polarity, or an accelerometer on the other side{there}; "
