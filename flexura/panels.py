@@ -237,7 +237,8 @@ def focus(
     method : str
         How filters are designed: ``stif``, ``time-reversal``, ``modal-control`` or ``none``.
     out : path, optional
-        Run folder for filters.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
+        Run folder for filters.h5; wants laws and panel as paths, whose SHA-256 the file keeps. Nothing is written
+        where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
@@ -340,7 +341,8 @@ def compensate(
     device : str
         Where networks are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
     out : path, optional
-        Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
+        Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps. Nothing is
+        written where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
@@ -500,7 +502,7 @@ def study(
     seed : int
         Of all that is random.
     out : path, optional
-        Folder for studies.h5; that of the laws where it is left out.
+        Folder for studies.h5; nothing is written where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 

@@ -90,7 +90,7 @@ def radiation(
     twin : path, optional
         Twin file whose laws are taken.
     out : path, optional
-        Folder for radiation.h5; that of the filters where it is left out.
+        Folder for radiation.h5; nothing is written where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
@@ -153,7 +153,7 @@ def thermometer(
     twin : path, optional
         Twin file whose laws are taken.
     out : path, optional
-        Folder for thermometer.csv; the run folder where it is left out.
+        Folder for thermometer.csv; nothing is written where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
@@ -177,4 +177,4 @@ def thermometer(
         twin=None if twin is None else as_path(twin),
     )
     with computing(shown=progress) as report:
-        return thermometer_stage.compute(request, as_path(run if out is None else out), report)
+        return thermometer_stage.compute(request, None if out is None else as_path(out), report)

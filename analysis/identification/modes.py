@@ -46,6 +46,8 @@ class PoleReading:
 
 STATUSES = ("kept", "weak", "computational", "harmonic")
 CONFIRMATIONS = ("confirmed", "unconfirmed")
+NOISE_LEFT = "times the noise is left at its peak"
+"""Words in the reason of a mode which one pole does not describe."""
 
 
 @dataclass(frozen=True)
@@ -234,7 +236,14 @@ def read_poles(
     -------
     PoleReading
         Frequency, Hz, damping ratio and loss factor, (...), with standard deviations.
+
+    Raises
+    ------
+    ValueError
+        For another word.
     """
+    if damping not in get_args(Damping):
+        raise ValueError(f"damping {damping!r}: {' or '.join(get_args(Damping))}")
     w = np.abs(poles)
     zeta = -poles.real / w
     spread_w, spread_zeta = covariance[..., 0, 0], covariance[..., 1, 1]

@@ -4,7 +4,7 @@ The sweeps of one of several actuators that drove the plate in turn.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -43,6 +43,9 @@ def still_ringing(campaign: Campaign) -> str:
 
 ROUNDING_NOISE = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
+
+LONGEST_SHOWN = 60
+"""Letters of a value that a message shows."""
 
 HARMONICS_APART = 6.0
 """Spacings of lines between harmonics of the mains below which none is left out: three lines go for each harmonic,
@@ -142,23 +145,28 @@ class Frf(Labelled):
         return [int(source) for source in np.unique(self.driven_by)]
 
     def of_source(self, source: int) -> "Frf":
-        """Return the sweeps that one input drove."""
+        """Return the sweeps that one input drove, of those there are."""
+        source = _number("source", source, max(len(self.sources), 1))
         return self._only(np.flatnonzero(self.driven_by == source))
 
     def label(self, channel: int, sweep: int = 0) -> str:
         """Name a channel's transfer in a sweep, with its unit."""
-        return self.labels[self._place(channel, sweep)] if self.labels else f"{self.channels[channel]}/drive [V/V]"
+        place = self._place(channel, sweep)
+        return self.labels[place] if self.labels else f"{self.channels[channel]}/drive [V/V]"
 
     def unit(self, channel: int, sweep: int = 0) -> str:
         """Return the unit of a channel's transfer in a sweep."""
-        return self.units[self._place(channel, sweep)] if self.units else "V/V"
+        place = self._place(channel, sweep)
+        return self.units[place] if self.units else "V/V"
 
     def level_unit(self, sweep: int = 0) -> str:
         """Return the unit of the level at which a sweep was driven."""
+        sweep = _number("sweep", sweep, len(self.temperature))
         return self.level_units[self.driven_by[sweep]] if self.level_units else self.unit(0, sweep).split("/")[-1]
 
     def drive(self, sweep: int) -> str:
         """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
+        sweep = _number("sweep", sweep, len(self.temperature))
         where = f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
         return f"{self.level[sweep]:g} {self.level_unit(sweep)}{where}"
 
@@ -184,6 +192,8 @@ class Frf(Labelled):
         )
 
     def _place(self, channel: int, sweep: int) -> int:
+        channel = _number("channel", channel, len(self.channels))
+        sweep = _number("sweep", sweep, len(self.temperature))
         return len(self.channels) * int(self.driven_by[sweep]) + channel
 
     @property
@@ -207,18 +217,26 @@ class Frf(Labelled):
     def without(self, sweeps: Sequence[int], why: str) -> "Frf":
         """Return the FRFs without some sweeps, and a note for each, which `why` goes on.
 
-        Raises ValueError for a sweep that is not there, and where none would be left.
+        Raises TypeError for what are no numbers of sweeps and no text, ValueError for a sweep that is not there,
+        where none would be left, and for an empty text.
         """
         count = len(self.temperature)
-        wrong = [s for s in sweeps if not 0 <= s < count]
-        if wrong or len(set(sweeps)) == count:
-            raise ValueError(
-                f"sweeps {', '.join(map(str, wrong or sweeps))}: 0 to {count - 1}, not all, are allowed"
+        if isinstance(sweeps, str | bytes) or not isinstance(sweeps, Iterable):
+            raise TypeError(
+                f"sweeps {_shown(sweeps)}: allowed is a list: each an integer, the sweep's number from 0"
             )
-        kept = np.setdiff1d(np.arange(len(self.temperature)), sweeps)
+        given = list(dict.fromkeys(_whole("sweeps", s) for s in sweeps))
+        wrong = [s for s in given if not 0 <= s < count]
+        if wrong or len(given) == count:
+            raise ValueError(
+                f"sweeps {', '.join(map(str, wrong or given))}: 0 to {count - 1}, not all, are allowed"
+            )
+        if not _text("why", why).strip():
+            raise ValueError("why '': allowed is a text that says why they are left out")
+        kept = np.setdiff1d(np.arange(count), given)
         left_out = (
-            f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.drive(int(s))}) left out: {why}"
-            for s in sweeps
+            f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.drive(s)}) left out: {why}"
+            for s in given
         )
         return replace(self._only(kept), notes=(*self.notes, *left_out))
 
@@ -240,8 +258,15 @@ class Frf(Labelled):
         """Return them as a campaign of a declared plate, whose variances are stated: what stages take.
 
         Lines of `excluded` are found again, as for FRFs that were read; how far frequencies moved over the repeats
-        is not kept. Raises ValueError where channels or inputs are not those that `experiment` declares, in order.
+        is not kept. Raises ValueError where channels or inputs are not those that `experiment` declares, in order,
+        and TypeError for what is no experiment.
         """
+        if not isinstance(experiment, Experiment):
+            raise TypeError(
+                f"experiment {_shown(experiment)}: allowed is an Experiment, the plate's declaration; write "
+                "experiment = flexura.load(folder).experiment"
+            )
+        _text("name", name)
         declared = tuple(one.id for one in experiment.outputs), tuple(one.id for one in experiment.inputs)
         if self.channels != declared[0] or (self.sources or declared[1][:1]) != declared[1]:
             drives = ", ".join(self.sources) or "one input"
@@ -273,6 +298,9 @@ class Frf(Labelled):
         """Return the FRFs with the sign of `inverted` channels turned in sweeps of an input, and a note on it."""
         if not inverted:
             return self
+        unknown = [one for one in inverted if one not in self.channels]
+        if isinstance(inverted, str) or unknown:
+            raise ValueError(f"channels {inverted!r}: allowed is a list: each of {', '.join(self.channels)}")
         wrong = np.isin(self.channels, list(inverted)) & (self.driven_by == source)[:, None]
         every = set(inverted) == set(self.channels)
         many = every and len(inverted) > 1
@@ -289,6 +317,32 @@ class Frf(Labelled):
             "what follows is with the sign turned"
         )
         return replace(self, h=np.where(wrong, -1.0, 1.0)[:, :, None] * self.h, notes=(*self.notes, note))
+
+
+def _whole(keyword: str, value: object) -> int:
+    """Return a whole number; True is none, though Python counts with it."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{keyword} {_shown(value)}: allowed is an integer")
+    return int(value)
+
+
+def _number(keyword: str, value: object, count: int) -> int:
+    """Return the number of one of `count` things, from 0."""
+    number = _whole(keyword, value)
+    if not 0 <= number < count:
+        raise ValueError(f"{keyword} {number}: 0 to {count - 1} allowed")
+    return number
+
+
+def _text(keyword: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{keyword} {_shown(value)}: allowed is a text")
+    return value
+
+
+def _shown(value: object) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= LONGEST_SHOWN and "\n" not in shown else f"of type {type(value).__name__}"
 
 
 def campaign_frf(campaign: AnyCampaign, *, mains: float = 50.0) -> Frf:

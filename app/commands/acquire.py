@@ -65,7 +65,8 @@ def command(
     duration of the campaign. Every campaign begins with such a shot, and stops there if a cable is disconnected.
 
     With --watch, or with --notify or --notify-command, flexura watch runs beside it until it has told how the
-    campaign ended. Whatever happens to that process, the campaign does not notice.
+    campaign ended. Whatever happens to that process, the campaign does not notice. What could not be told is
+    said here; once the campaign has ended, that is waited for, 10 s at most.
 
     An EXPERIMENT with kind = "hammer" is a hammer test: hits are asked for point by point, and each is judged and
     written at once. On a terminal, u undoes the last hit, s skips the point, r repeats it, q stops. identify,
@@ -115,12 +116,12 @@ def command(
         return
     with _watched(folder, watch, notify, notify_command, output):
         ending = _run(declared, kind, experiment, folder, acquired, again, started, output)
-    summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
-    with undisturbed():  # another Ctrl-C must not take the place of what is said here
-        output.result(lambda: summary | ending.record)
-        say = output.failure if ending.status else output.summary
-        say(ending.line)
-        keep_unseen(folder / ENDING, ending.line)
+        summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
+        with undisturbed():  # another Ctrl-C must not take the place of what is said here
+            output.result(lambda: summary | ending.record)
+            say = output.failure if ending.status else output.summary
+            say(ending.line)
+            keep_unseen(folder / ENDING, ending.line)
     if ending.status:
         raise click.exceptions.Exit(ending.status)
 
@@ -128,11 +129,10 @@ def command(
 def _require_known(notify: tuple[str, ...], notify_command: tuple[str, ...], out: Path | None) -> None:
     """Refuse what the watcher would refuse, before anything begins; what only it can find out, it says itself."""
     if notify or notify_command:
-        from app.watch.notifiers import addresses, command_of
+        from app.watch.notifiers import addresses, commands_of
 
         addresses(notify, [] if out is None else [out])
-        for text in notify_command:
-            command_of(text)
+        commands_of(notify_command)
 
 
 @contextmanager

@@ -73,12 +73,12 @@ def acquire_hits(
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
     with beside(folder):
         ending = _run(declared, kind, file, folder, acquired, again, started, output)
-    summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "points": len(declared.mallet.places)}
-    with undisturbed():  # another Ctrl-C must not take the place of what is said here
-        output.result(lambda: summary | ending.record)
-        say = output.failure if ending.status else output.summary
-        say(ending.line)
-        keep_unseen(folder / ENDING, ending.line)
+        summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "points": len(declared.mallet.places)}
+        with undisturbed():  # another Ctrl-C must not take the place of what is said here
+            output.result(lambda: summary | ending.record)
+            say = output.failure if ending.status else output.summary
+            say(ending.line)
+            keep_unseen(folder / ENDING, ending.line)
     if ending.status:
         raise click.exceptions.Exit(ending.status)
 

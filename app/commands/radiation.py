@@ -51,12 +51,12 @@ def command(
 
     request = RadiationRequest(run=run or Path(), panel=panel, transfers=transfers, twin=twin)
     with output.progress() as report:
-        found = compute(request, out, report)
+        found = compute(request, out or request.filters.parent, report)
 
     from app.summaries.radiation import table
     from app.terminal.tables import show
 
-    if picture:
+    if picture and found.file is not None:
         from app.report.radiation import levels
         from app.report.style import saved
 

@@ -58,11 +58,12 @@ def command(
     request = StudyRequest(figure=figure, run=run, panel=panel, as_paper=as_paper, seed=seed, changes=filters)
     with output.progress() as report:
         try:
-            found = compute(request, out, report)
+            folder = out or request.folder
+            found = compute(request, folder, report)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-        drawn = _draw(found.studies, figure, found.file.parent)
+        drawn = _draw(found.studies, figure, folder)
 
     from app.report.studies import rows
 

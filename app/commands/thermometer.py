@@ -94,7 +94,7 @@ def command(
     )
     with output.progress() as report:
         found = compute(request, out or given, report)
-    if picture:
+    if picture and found.file is not None:
         from app.report.sound import readings
         from app.report.style import saved
 

@@ -67,7 +67,7 @@ def command(
     from app.watch.notifiers import SecretError, page_token
     from app.watch.server import is_loopback
     from app.watch.watcher import require_acquired
-    from app.watch.watching import Page, Watching, leave_streams, left_behind
+    from app.watch.watching import CampaignsProcess, Page, Watching
 
     for one in campaigns:
         if not (wait and not one.exists()):
@@ -79,24 +79,25 @@ def command(
             "FLEXURA_WATCH_TOKEN"
         )
     notifiers = _notifiers(notify, notify_command, campaigns)
-    watching = Watching(campaigns, Page(host, port, token), notifiers, output.note)
+    started_by = CampaignsProcess() if beside else None
+    complain = output.note if started_by is None else started_by.note
+    watching = Watching(campaigns, Page(host, port, token), notifiers, complain)
     record: dict[str, Any] = {"url": watching.url, "campaigns": [str(one) for one in campaigns]}
     output.result(lambda: record | {"token": token is not None})
     needs = ", with its token" if token is not None else ""
     output.summary(f"the page: {watching.url}{needs}; Ctrl-C ends it, campaigns go on")
-    left = left_behind() if beside else None
-    if beside:
-        leave_streams()
-    watching.run(left)
+    if started_by is not None:
+        started_by.leave_streams()
+    watching.run(started_by)
 
 
 def _notifiers(
     notify: "Sequence[str]", notify_command: "Sequence[str]", campaigns: "Sequence[Path]"
 ) -> "list[Notifier]":
     """Return the notifiers, their addresses checked; SecretError for what is wrong with them."""
-    from app.watch.notifiers import AppriseNotifier, SecretError, addresses, command_of
+    from app.watch.notifiers import AppriseNotifier, SecretError, addresses, commands_of
 
-    commands = [command_of(text) for text in notify_command]
+    commands = commands_of(notify_command)
     apprise = [AppriseNotifier(url, place) for place, url in enumerate(addresses(notify, campaigns), 1)]
     for one in apprise:
         if wrong := one.check():

@@ -17,6 +17,7 @@ from app.files.bad_file import ResultFileError
 FULL = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
 """The disk, the user's share of it, or the file system's largest file is used up."""
 FORBIDDEN = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
+SHORTER = "name a shorter one, and run it again"
 OTHERS = ("EIO", "ENXIO", "ENODEV", "ESTALE", "ENAMETOOLONG", "ENOTDIR", "EISDIR", "EBUSY", "EMFILE", "ENFILE")
 REFUSALS = FULL | FORBIDDEN | {getattr(errno, name) for name in OTHERS if hasattr(errno, name)}
 """What a disk, or a name on it, answers; all others are no fault of the disk's."""
@@ -76,9 +77,8 @@ def told(error: OSError) -> str | None:
     if error.errno in FULL:
         return f"{name}: {reason(error, Path(name))}"
     why = error.strerror or str(error)
-    return (
-        f"{name}: cannot be used ({why}); see to its permissions and the disk, or name another, and run it again"
-    )
+    do = "see to its permissions and the disk, or name another, and run it again"
+    return f"{name}: cannot be used ({why}); {SHORTER if error.errno == errno.ENAMETOOLONG else do}"
 
 
 def reason(error: OSError, target: Path, size: int | None = None) -> str:
@@ -93,6 +93,8 @@ def reason(error: OSError, target: Path, size: int | None = None) -> str:
     if error.errno in FULL:
         room = _room(target, size)
         return f"cannot be written ({why}{room}); make room there, or name another folder, and run it again"
+    if error.errno == errno.ENAMETOOLONG:
+        return f"cannot be written ({why}); {SHORTER}"
     if error.errno in FORBIDDEN:
         return f"cannot be written ({why}); name a folder that may be written, or change its permissions"
     return (

@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,11 @@ class RadiationRequest:
         if self.transfers is not None and self.twin is not None:
             raise UnsuitedOptionError("--transfers takes the place of laws and of --twin: leave one of them out")
 
+    @property
+    def filters(self) -> Path:
+        """The file of filters; ResultFileError where the run folder has none."""
+        return self.run if self.run.is_file() else run_file(self.run, "filters.h5", "radiation")
+
 
 @dataclass(frozen=True)
 class RadiatingPanel:
@@ -62,8 +68,8 @@ class RadiatingPanel:
     panel : Panel
         With the listeners, air and mounting that were computed.
     radiation : Radiation
-    file : Path
-        radiation.h5.
+    file : Path or None
+        radiation.h5; None where nothing was written.
     seconds : float
         It took.
     extent : CampaignExtent or None
@@ -74,7 +80,7 @@ class RadiatingPanel:
 
     panel: Panel
     radiation: "Radiation"
-    file: Path
+    file: Path | None
     seconds: float
     extent: CampaignExtent | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
@@ -93,12 +99,12 @@ class RadiatingPanel:
 
 
 def compute(request: RadiationRequest, out: Path | None, report: Progress) -> RadiatingPanel:
-    """Compute the sound of a panel, and write radiation.h5.
+    """Compute the sound of a panel, and write radiation.h5 where a folder is named for it.
 
     Parameters
     ----------
     out : Path or None
-        Folder for the file; None for that of the filters.
+        Folder for the file.
     report : callable
         Called with a stage's name and the share of it done.
 
@@ -109,8 +115,7 @@ def compute(request: RadiationRequest, out: Path | None, report: Progress) -> Ra
         twin, and transfers at other temperatures than the filters.
     """
     started = time.perf_counter()
-    run = request.run
-    filters = run if run.is_file() else run_file(run, "filters.h5", "radiation")
+    run, filters = request.run, request.filters
     declared, focusing, _ = load_focusing(filters)
     inputs = {filters.name: sha256(filters)}
     if request.panel is not None:
@@ -129,7 +134,7 @@ def compute(request: RadiationRequest, out: Path | None, report: Progress) -> Ra
     from app.twins.panel_twin import panel_twin
 
     reference, extent = focusing.reference_temperature, None if origin is None else origin.extent
-    with run_folder(filters.parent, out or filters.parent) as folder:
+    with nullcontext() if out is None else run_folder(filters.parent, out):
         try:
             if measured is not None:
                 found = radiate_measured(measured, focusing.bank, reference, report)
@@ -141,9 +146,11 @@ def compute(request: RadiationRequest, out: Path | None, report: Progress) -> Ra
             about = "panel's grid" if measured is None else "measured transfers"
             raise ResultFileError(f"the {about}: {error}") from error
         settings = {"panel": declared.model_dump(mode="json"), **extent_settings(extent)}
-        save_radiation(folder / RADIATION, declared, found, provenance(inputs, settings))
+        file = None if out is None else out / RADIATION
+        if file is not None:
+            save_radiation(file, declared, found, provenance(inputs, settings))
     said = (*(() if origin is None else origin.notes), *notes(declared, found))
-    return RadiatingPanel(declared, found, folder / RADIATION, time.perf_counter() - started, extent, said)
+    return RadiatingPanel(declared, found, file, time.perf_counter() - started, extent, said)
 
 
 def _with_sound(panel: Panel, path: Path) -> Panel:

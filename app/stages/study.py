@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -63,6 +64,11 @@ class StudyRequest:
             raise UnsuitedOptionError("--as-paper sets --design itself: leave one of them out")
 
     @property
+    def folder(self) -> Path:
+        """That of the laws, for results; ResultFileError where there are none."""
+        return laws_for(self.run, None, "study").folder
+
+    @property
     def figures(self) -> tuple[str, ...]:
         """Numbers of all figures that are made."""
         return FIGURES if self.figure == "all" else (self.figure,)
@@ -76,8 +82,8 @@ class StudiedPanel:
     ----------
     studies : Studies
         With None for figures that were not asked for.
-    file : Path
-        studies.h5.
+    file : Path or None
+        studies.h5; None where nothing was written.
     seconds : float
         It took.
     extent : CampaignExtent or None
@@ -87,7 +93,7 @@ class StudiedPanel:
     """
 
     studies: "Studies"
-    file: Path
+    file: Path | None
     seconds: float
     extent: CampaignExtent | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
@@ -96,16 +102,17 @@ class StudiedPanel:
         """Say where the figures' data are, in one line, and the notes."""
         from app.summaries.table import as_text
 
-        return as_text(f"StudiedPanel: {self.file}, {self.seconds:.1f} s", self.notes)
+        made = "in memory" if self.file is None else self.file
+        return as_text(f"StudiedPanel: {made}, {self.seconds:.1f} s", self.notes)
 
 
 def compute(request: StudyRequest, out: Path | None, report: Progress) -> StudiedPanel:
-    """Compute the data of figures, and write studies.h5.
+    """Compute the data of figures, and write studies.h5 where a folder is named for it.
 
     Parameters
     ----------
     out : Path or None
-        Folder for the file; None for that of the laws.
+        Folder for the file.
     report : callable
         Called with a stage's name and the share of it done.
 
@@ -129,7 +136,7 @@ def compute(request: StudyRequest, out: Path | None, report: Progress) -> Studie
     from app.stages.study_figures import run_studies
     from app.twins.panel_twin import panel_twin
 
-    with run_folder(origin.folder, out or origin.folder) as folder:
+    with nullcontext() if out is None else run_folder(origin.folder, out):
         model = panel_twin(declared, laws, report)
         training = training.as_paper() if request.as_paper else training
         found = run_studies(request.figures, model, declared, laws, training, report)
@@ -140,8 +147,10 @@ def compute(request: StudyRequest, out: Path | None, report: Progress) -> Studie
             "panel": declared.model_dump(mode="json"),
             **extent_settings(origin.extent),
         }
-        save_studies(folder / STUDIES, declared, found, provenance(inputs, settings, request.seed))
-    return StudiedPanel(found, folder / STUDIES, time.perf_counter() - started, origin.extent, tuple(notes))
+        file = None if out is None else out / STUDIES
+        if file is not None:
+            save_studies(file, declared, found, provenance(inputs, settings, request.seed))
+    return StudiedPanel(found, file, time.perf_counter() - started, origin.extent, tuple(notes))
 
 
 def _require_spacing(request: StudyRequest, training: Training, span: tuple[float, float], laws: Path) -> None:

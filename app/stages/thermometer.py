@@ -1,6 +1,7 @@
 """Thermometer stage: the temperature of a panel from what one of its patches answers while the others play."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,8 +100,8 @@ class MeasuredTemperatures:
         Standard deviation of the last temperature by the law of E, K; infinite where there is none.
     true : (n,) ndarray or None
         Temperatures of a simulated panel, degrees Celsius.
-    file : Path
-        thermometer.csv.
+    file : Path or None
+        thermometer.csv; None where nothing was written.
     extent : CampaignExtent or None
         Of the campaign that the laws come from.
     notes : tuple of str
@@ -110,7 +111,7 @@ class MeasuredTemperatures:
     stretches: "list[RecordingStretch]"
     by_laws: float
     true: Real | None
-    file: Path
+    file: Path | None
     extent: CampaignExtent | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
 
@@ -127,17 +128,18 @@ class MeasuredTemperatures:
     def __repr__(self) -> str:
         """Say in one line how warm the panel was at the end."""
         if not self.accepted:
-            return f"none of {len(self.stretches)} stretches gives a temperature; {self.file}"
+            where = "" if self.file is None else f"; {self.file}"
+            return f"none of {len(self.stretches)} stretches gives a temperature{where}"
         return f"{led(self.extent)}{said.summary(self.stretches, self.by_laws, self.true, self.file)}"
 
 
-def compute(request: ThermometerRequest, out: Path, report: Progress) -> MeasuredTemperatures:
-    """Read a panel's temperature, and write ``thermometer.csv``.
+def compute(request: ThermometerRequest, out: Path | None, report: Progress) -> MeasuredTemperatures:
+    """Read a panel's temperature, and write ``thermometer.csv`` where a folder is named for it.
 
     Parameters
     ----------
     request : ThermometerRequest
-    out : Path
+    out : Path or None
         Folder for the file.
     report : callable
         Called with a stage's name and the share of it done.
@@ -158,13 +160,13 @@ def compute(request: ThermometerRequest, out: Path, report: Progress) -> Measure
     from app.sound.stretch import write_stretches
     from app.twins.panel_twin import panel_twin
 
-    with run_folder(request.run, out) as folder:
+    with nullcontext() if out is None else run_folder(request.run, out):
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(request, sent, panel, report)
         band = sent.panel.filters.edges
         stretches = listened(panel, signals, band, span, request.stretch, request.largest_sigma, report)
     true = None if course is None else course.at([one.time for one in stretches])
-    file = write_stretches(stretches, folder, true)
+    file = None if out is None else write_stretches(stretches, out, true)
     refused = sorted({one.reading.refused for one in stretches} - {""})[:3]
     last = stretches[-1].temperature
     by_laws = math.inf if all(one.reading.refused for one in stretches) else panel.law_sigma(last)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.judgement.status import LEFT
-from analysis.identification.modes import Damping, Modes, PoleReading
+from analysis.identification.modes import NOISE_LEFT, Damping, Modes, PoleReading
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.files.results.pairing_json import shown
 from app.summaries.numbers import span, sweeps
@@ -128,7 +127,7 @@ def _status(mode: dict[str, Any]) -> str:
     if words not in ("kept", "kept, confirmed"):
         words += f": {mode['reason']}"
     # what speaks for a mode that is kept stands in modes.csv; what speaks against its numbers is said here, too
-    elif doubt := next((part for part in mode["reason"].split("; ") if LEFT in part), ""):
+    elif doubt := next((part for part in mode["reason"].split("; ") if NOISE_LEFT in part), ""):
         words += f"; {doubt}"
     return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"
 
@@ -193,12 +192,15 @@ FEW_POINTS = 5
 """Points that are listed where nothing is wrong with them: those least alike."""
 
 
-def pairing_tables(record: Record | None) -> list[Table]:
-    """Return a table of one sweep, and one with the effects found on; none without a record."""
+def pairing_tables(record: Record | None, of: str = "") -> list[Table]:
+    """Return a table of one sweep, and one with the effects found on; none without a record.
+
+    `of` says which twin the first is of, where there are several.
+    """
     if record is None:
         return []
     tables = []
-    for name, words in (("sweeps", ""), ("sweeps_after", ", with the effects found")):
+    for name, words in (("sweeps", f", {of}" if of else ""), ("sweeps_after", ", with the effects found")):
         if record[name] is not None:
             sweep = shown(record, name)
             headings = (*HEADINGS, likeness(sweep), "match")

@@ -10,6 +10,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.radiated import DEGREES, RadiatedSound, Radiation
 from analysis.focusing.sound_aim import RESPONSE_TOLERANCE
 from analysis.radiation.radiator import Radiator
+from app.summaries.numbers import span
 from app.summaries.table import Table
 
 LOST_LEVEL = 1.0
@@ -171,18 +172,17 @@ def notes(panel: Panel, found: Radiation) -> list[str]:
     return said
 
 
-def summary(panel: Panel, found: Radiation, target: Path, seconds: float) -> str:
+def summary(panel: Panel, found: Radiation, target: Path | None, seconds: float) -> str:
     """Return one line for people.
 
     Parameters
     ----------
-    target : Path
+    target : Path or None
         File it was written to.
     seconds : float
         It took, s.
     """
-    t, own, kept = found.temperature, found.ripple(found.following), found.ripple(found.kept)
-    span = f"{t[0]:g} °C" if len(t) == 1 else f"{t[0]:g} to {t[-1]:g} °C"
+    own, kept = found.ripple(found.following), found.ripple(found.kept)
     mean = found.following.contrast.mean(axis=1)
     zones, bound = found.following.zones, found.zone_bound
     between = ""
@@ -190,7 +190,8 @@ def summary(panel: Panel, found: Radiation, target: Path, seconds: float) -> str
         worst = int(zones.mean(axis=1).argmin())
         between = f", {zones[worst].mean():.1f} dB between zones (bound {bound[worst].mean():.1f} dB)"
     return (
-        f"{span}: third-octave ripple up to ± {own.max():.1f} dB at the listeners, up to ± {kept.max():.1f} dB "
-        f"with the filters of {found.reference_temperature:g} °C{between}; contrast {mean.min():.2f} to "
-        f"{mean.max():.2f} (aim {panel.filters.aim}); {seconds:.1f} s; {target}"
+        f"{span(found.temperature, 'g')} °C: third-octave ripple up to ± {own.max():.1f} dB at the listeners, "
+        f"up to ± {kept.max():.1f} dB with the filters of {found.reference_temperature:g} °C{between}; "
+        f"contrast {span(mean, '.2f')} (aim {panel.filters.aim}); {seconds:.1f} s"
+        f"{'' if target is None else f'; {target}'}"
     )

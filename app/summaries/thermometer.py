@@ -12,7 +12,9 @@ if TYPE_CHECKING:  # a run is told to be of another kind before what computes is
     from app.sound.stretch import RecordingStretch
 
 
-def record(stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path) -> dict[str, Any]:
+def record(
+    stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path | None
+) -> dict[str, Any]:
     """Return what ``--json`` prints; null where a stretch was refused.
 
     Parameters
@@ -23,7 +25,7 @@ def record(stretches: "list[RecordingStretch]", by_laws: float, true: Real | Non
         Standard deviation of the last temperature by the law of E, K; infinite where there is none.
     true : (n,) ndarray or None
         True temperatures, degrees Celsius; None where they are not known.
-    target : Path
+    target : Path or None
         File of the readings.
 
     Returns
@@ -34,7 +36,7 @@ def record(stretches: "list[RecordingStretch]", by_laws: float, true: Real | Non
     accepted = [stretch for stretch in stretches if not stretch.reading.refused]
     last = stretches[-1]
     found: dict[str, Any] = {
-        "file": str(target),
+        "file": None if target is None else str(target),
         "stretches": len(stretches),
         "refused": len(stretches) - len(accepted),
         "temperature_c": last.temperature if accepted else None,
@@ -56,7 +58,7 @@ def record(stretches: "list[RecordingStretch]", by_laws: float, true: Real | Non
     return found
 
 
-def summary(stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path) -> str:
+def summary(stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path | None) -> str:
     """Return one line for people.
 
     Parameters
@@ -67,7 +69,7 @@ def summary(stretches: "list[RecordingStretch]", by_laws: float, true: Real | No
         Standard deviation of the last temperature by the law of E, K; infinite where there is none.
     true : (n,) ndarray or None
         True temperatures, degrees Celsius; None where they are not known.
-    target : Path
+    target : Path or None
         File of the readings.
     """
     last = stretches[-1]
@@ -78,7 +80,7 @@ def summary(stretches: "list[RecordingStretch]", by_laws: float, true: Real | No
     )
     if true is not None:
         line += f"; rms error {_rms(stretches, true):.3f} K"
-    return f"{line}; {target}"
+    return line if target is None else f"{line}; {target}"
 
 
 def _rms(stretches: "list[RecordingStretch]", true: Real) -> float:

@@ -7,6 +7,7 @@ A hammer test on the error stream, to be heard as well as seen: whoever holds th
 Single keys are taken without waiting for them.
 """
 
+import errno
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -21,13 +22,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from analysis.declaration.strict import Point
 from app.files.campaign_error import CampaignFileError
-from app.files.disk_room import UnwrittenFileError
+from app.files.disk_room import REFUSALS, UnwrittenFileError
 from app.summaries.numbers import duration
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
 from drivers.rig.campaign import Moment, Observer, Outcome
 from drivers.rig.end_requests import RigInterrupted, RigStopped
 
 NOT_GOOD_ENOUGH, NOT_AT_REST, SIGNALLED = 1, 3, 128
+NO_ROOM = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+GONE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ENODEV, errno.ENXIO, getattr(errno, "ESTALE", errno.ENOENT)})
+"""The folder is not there, or the disk or share that holds it."""
 
 
 @dataclass(frozen=True)
@@ -93,20 +97,44 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
         Number of the signal that asked for it; 0 without one.
     """
     why = str(error) or type(error).__name__
-    rest = "the drive is at 0 V and the oven at rest"
+    rest = "; the drive is at 0 V and the oven at rest" if unsafe == () else ""
     line = f"stopped: {why}"
     if isinstance(error, RigInterrupted):
-        line = f"stopped{f'; {rest}' if unsafe == () else ''}; run the same command again to continue"
-    elif isinstance(error, UnwrittenFileError):
-        line = f"stopped: {why}"
+        line = f"stopped{rest}; run the same command again to continue"
     elif isinstance(error, OSError):
-        line = f"stopped: {folder} cannot be written: {why}. Make room, then run this again"
+        why = _refused(error, folder)
+        line = f"stopped{rest}: {why}"
     elif not isinstance(error, RigStopped | CampaignFileError):
         why = f"{type(error).__name__}: {error}"
-        line = f"stopped by a defect of the program{f'; {rest}' if unsafe == () else ''}: {why}"
+        line = f"stopped by a defect of the program{rest}: {why}"
     status = NOT_AT_REST if unsafe else SIGNALLED + signal if signal else NOT_GOOD_ENOUGH
     record = {"state": "stopped", "why": why, "unsafe": list(unsafe or ())}
     return Ending(record, line + not_at_rest(unsafe or ()), status)
+
+
+def _refused(error: OSError, folder: Path) -> str:
+    """Say what the system refused a campaign, and what to do: room helps where it is missing, and nowhere else."""
+    named, why = error.filename or folder, error.strerror or str(error)
+    if error.errno in GONE and not _is_there(folder):
+        return f"{folder} has gone; put it back, or name another with --out, then run this again"
+    if error.errno == errno.ENAMETOOLONG:
+        return f"{named}: the name is too long for this disk; name a shorter one with --out, then run this again"
+    if isinstance(error, UnwrittenFileError):
+        return str(error)
+    if error.filename is None and error.errno not in REFUSALS:  # of an instrument or a network, not of the disk
+        return f"{why}; run the same command again to continue"
+    said = f"{folder} cannot be written: {why}"
+    if error.filename is not None:
+        said += f" ({named})"
+    if error.errno in NO_ROOM:
+        return f"{said}. Make room, then run this again"
+    return f"{said}. See to its permissions and the disk, or name another with --out, then run this again"
+
+
+def _is_there(folder: Path) -> bool:
+    with suppress(OSError):  # a disk that has gone with it, or a name that no disk takes
+        return folder.is_dir()
+    return False
 
 
 def not_at_rest(unsafe: tuple[str, ...]) -> str:

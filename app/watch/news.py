@@ -18,6 +18,12 @@ THEN_EVERY = 600.0
 QUIET_INTERVALS = 6.0
 """Intervals `THEN_EVERY` without a message of the kind after which the count begins anew."""
 
+OVER: dict[str, Kind] = {"complete": "finished", "stopped": "stopped"}
+"""What is told of a state in which nothing more comes."""
+GOES_ON = ("running", "pausing", "paused")
+OF_AN_END = ("state", "ending", "finished", "missing", "rejected", "read")
+"""Fields that differ between two ends of one campaign."""
+
 
 @dataclass(frozen=True)
 class News:
@@ -48,29 +54,34 @@ class NewsOfCampaign:
 
     def __init__(self) -> None:
         self._before: CampaignStatus | None = None
-        self._near = False
+        self._lost = self._away = self._near = False
+        self._ended: CampaignStatus | None = None
 
     def of(self, now: CampaignStatus) -> list[News]:
-        """Return what is new."""
-        before, self._before = self._before, now
+        """Return what is new; of a folder that was away for a while, since it was last read."""
+        before, ended = self._before, self._ended
         told: list[tuple[Kind, str]] = []
         if now.unsafe and (before is None or set(now.unsafe) - set(before.unsafe)):
             told.append(("not at rest", f"{'; '.join(now.unsafe)}."))
-        state = before.state if before is not None else None
-        if now.state in ("silent", "gone") and state not in ("silent", "gone"):
+        lost, self._lost = self._lost, now.state in ("silent", "gone")
+        if self._lost and not lost:
             told.append(("silent", _silent(now)))
+        away, self._away = self._away, now.state == "gone"
+        if self._away:  # nothing else is known: it stands as when it was last read
+            return [_news(now, *one) for one in told]
+        if now.state in OVER:
+            self._ended = now
+        elif now.state in GOES_ON:  # not where it only looks silent or not begun: a folder that is copied back
+            self._ended = None
+        self._before = now
         if before is not None:
-            if now.state == "complete" and state != "complete":
-                told.append(("finished", now.line))
-            if now.state == "stopped" and state != "stopped":
-                told.append(("stopped", f"{now.line}. The same flexura acquire continues it."))
-            if now.missing > before.missing and before.state != "gone":
+            if now.state in OVER and (away or now.state != before.state) and not _same_end(now, ended):
+                more = "" if now.state == "complete" else ". The same flexura acquire continues it."
+                told.append((OVER[now.state], now.line + more))
+            if now.missing > before.missing:
                 new, one = now.missing - before.missing, now.missing - before.missing == 1
                 what = f"{now.kind[:-1]} was" if one else f"{now.kind} were"
                 told.append(("sweep given up", f"{new} {what} given up; {now.line}"))
-        if now.state == "gone":  # nothing else is known: as it stood when it was last read
-            self._before = now if before is None else _still(before)
-            return [_news(now, *one) for one in told]
         near = self._approached(now)
         if near and not self._near:
             told.append(("limit approached", near))
@@ -150,10 +161,9 @@ def _silent(now: CampaignStatus) -> str:
     return f"{since} (a sweep and a margin are {duration(now.patience)}); by its log, {rest}. {now.line}"
 
 
-def _still(before: CampaignStatus) -> CampaignStatus:
-    from dataclasses import replace
-
-    return replace(before, state="gone")
+def _same_end(now: CampaignStatus, ended: CampaignStatus | None) -> bool:
+    """Whether a campaign has ended as it had before: not one sweep, hit or reading has come since."""
+    return ended is not None and all(getattr(now, name) == getattr(ended, name) for name in OF_AN_END)
 
 
 def _beyond(value: float, limit: float, end: float) -> bool:

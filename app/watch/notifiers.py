@@ -12,6 +12,7 @@ import queue
 import re
 import secrets
 import shlex
+import shutil
 import stat
 import subprocess
 import sys
@@ -110,6 +111,18 @@ class CommandNotifier:
         """The program: arguments may be secret."""
         return self.command[0]
 
+    def check(self) -> str:
+        """Return what is wrong with the program, empty for nothing; it is not run."""
+        program = self.command[0]
+        if shutil.which(program) is not None:
+            return ""
+        there = Path(program) if os.sep in program or "/" in program else None  # others are looked for on the PATH
+        if there is None or not there.exists():
+            return "there is no such program; name one that is installed, or its whole path"
+        if there.is_dir():
+            return "is a folder; name a program in it"
+        return f"is not executable; allow it with chmod +x {program}, or name the program that runs it before it"
+
     def tell(self, news: News) -> str:
         """Run it."""
         said = {"FLEXURA_TITLE": news.title, "FLEXURA_KIND": news.kind, "FLEXURA_CAMPAIGN": news.campaign}
@@ -139,6 +152,15 @@ def command_of(text: str) -> CommandNotifier:
     return CommandNotifier(tuple(words))
 
 
+def commands_of(given: Sequence[str]) -> list[CommandNotifier]:
+    """Return the commands of every ``--notify-command``; SecretError for one whose program cannot be run."""
+    found = [command_of(text) for text in given]
+    for one in found:
+        if wrong := one.check():
+            raise SecretError(f"--notify-command: {one.name}: {wrong}")
+    return found
+
+
 class Messenger:
     """Tells messages through every notifier, each in a thread of its own: none waits for another.
 
@@ -160,13 +182,13 @@ class Messenger:
         self._complain, self._attempts = complain, attempts
         self._ended = threading.Event()
         self._lines: list[queue.Queue[News]] = []
+        self._failing: dict[int, tuple[str, str, str]] = {}
         self._turn = threading.Lock()
         self.delivered, self.failed = 0, 0
         self.last_failure = ""
-        for notifier in notifiers:
-            line: queue.Queue[News] = queue.Queue()
-            self._lines.append(line)
-            threading.Thread(target=self._work, args=(notifier, line), name=notifier.name, daemon=True).start()
+        for number, notifier in enumerate(notifiers):
+            self._lines.append(queue.Queue())
+            threading.Thread(target=self._work, args=(number, notifier), name=notifier.name, daemon=True).start()
 
     def tell(self, news: News) -> None:
         """Tell a message, soon."""
@@ -189,7 +211,22 @@ class Messenger:
         """Make no further attempts."""
         self._ended.set()
 
-    def _work(self, notifier: Notifier, line: "queue.Queue[News]") -> None:
+    def untold(self) -> list[str] | None:
+        """Say which messages are to be tried again; None while one has still to be tried for the first time."""
+        with self._turn:
+            waiting = {number: line.unfinished_tasks for number, line in enumerate(self._lines)}
+            failing = {number: self._failing.get(number) for number, count in waiting.items() if count}
+        said = []
+        for number, one in failing.items():
+            if one is None:
+                return None
+            kind, name, wrong = one
+            what = f"a message ({kind}) is" if waiting[number] == 1 else f"{waiting[number]} messages are"
+            said.append(f"{what} not told yet by {name}: {wrong}; tried again for three minutes at most")
+        return said
+
+    def _work(self, number: int, notifier: Notifier) -> None:
+        line = self._lines[number]
         while True:
             news = line.get()
             wrong = ""
@@ -202,7 +239,10 @@ class Messenger:
                     wrong = f"{type(error).__name__}"
                 if not wrong:
                     break
+                with self._turn:
+                    self._failing[number] = news.kind, notifier.name, wrong
             with self._turn:
+                self._failing.pop(number, None)
                 if wrong:
                     self.failed += 1
                     self.last_failure = f"{notifier.name}: {wrong}"

@@ -16,6 +16,7 @@ from app.watch.notifiers import Messenger, Notifier
 from app.watch.server import Published, WatchServer, is_loopback, metrics, open_server
 from app.watch.status import CampaignStatus
 from app.watch.watcher import LOOK_INTERVAL, Watcher
+from app.watch.words import plain
 
 AT_LEAST_EVERY = 5.0
 """Seconds after which a state is sent that has not changed: pages see that the watcher lives."""
@@ -23,6 +24,8 @@ CLOSING_GRACE = 15.0
 """Seconds for which a campaign's own watcher stays after its end: the pages that are open show how it ended."""
 DELIVERED_WITHIN = 200.0
 """Seconds for which it stays to deliver messages: all attempts of one."""
+MOST_NOTES, LONGEST_NOTE = 20, 190
+"""Sentences for the campaign's process, and bytes of each: a pipe holds all, on Windows 4096 bytes."""
 NICENESS = 10
 """It gives way to a campaign on the same computer."""
 
@@ -42,6 +45,52 @@ class Page:
     host: str = "127.0.0.1"
     port: int | None = None
     token: str | None = None
+
+
+class CampaignsProcess:
+    """The process that started this one: whether it is there, and what it is told, which never waits for it.
+
+    It may be gone, stopped, or read no more: what it is told fits into a pipe that nobody empties.
+    """
+
+    def __init__(self) -> None:
+        self.left = threading.Event()
+        self._notes = os.dup(2)
+        self._turn, self._count = threading.Lock(), 0
+        threading.Thread(target=self._wait, name="whether the campaign's process is there", daemon=True).start()
+
+    def leave_streams(self) -> None:
+        """Write nothing to it from now on but notes."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        for stream in (1, 2):
+            os.dup2(nothing, stream)
+        os.close(nothing)
+
+    def note(self, text: str) -> None:
+        """Tell it a sentence, one line; of many the first, for the page counts them all."""
+        with self._turn:
+            self._count += 1
+            if self._count > MOST_NOTES or self._notes < 0:
+                return
+            said = plain(text) if self._count < MOST_NOTES else "more could not be told; the page counts them"
+            line = said.encode(errors="replace")[:LONGEST_NOTE] + b"\n"
+            with suppress(OSError):
+                os.write(self._notes, line)
+
+    def end(self) -> None:
+        """Tell it nothing more: it need not wait."""
+        with self._turn:
+            if self._notes >= 0:
+                os.close(self._notes)
+            self._notes = -1
+
+    def _wait(self) -> None:
+        with suppress(OSError, ValueError):
+            while os.read(0, 4096):
+                pass
+        self.left.set()
 
 
 class Watching:
@@ -81,8 +130,8 @@ class Watching:
         host = page.host if not is_loopback(page.host) or ":" in page.host else "127.0.0.1"
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{self._server.server_port}/"
 
-    def run(self, left: threading.Event | None = None) -> None:
-        """Watch until KeyboardInterrupt; where `left` is given, until it is set and all campaigns have ended."""
+    def run(self, started_by: CampaignsProcess | None = None) -> None:
+        """Watch until KeyboardInterrupt; beside a campaign, until its process has left and all have ended."""
         if hasattr(os, "nice"):
             with suppress(OSError):
                 os.nice(NICENESS)
@@ -93,10 +142,15 @@ class Watching:
             while over is None or time.monotonic() - over < CLOSING_GRACE:
                 time.sleep(LOOK_INTERVAL)
                 statuses = self._look()
-                if left is None or not left.is_set() or not self._all_over(statuses):
+                if started_by is None or not started_by.left.is_set() or not self._all_over(statuses):
                     over = None
-                elif over is None:
-                    over = time.monotonic()
+                    continue
+                over = over or time.monotonic()
+                untold = self._messenger.untold()
+                if untold is not None:
+                    for one in untold:
+                        started_by.note(one)
+                    started_by.end()
             self._messenger.wait(DELIVERED_WITHIN)
         finally:
             self._published.end()
@@ -127,27 +181,3 @@ class Watching:
             or (one.state in ("not begun", "silent") and is_being_written(folder))
             for one, folder in zip(statuses, self._folders, strict=True)
         )
-
-
-def left_behind() -> threading.Event:
-    """Return an event that is set when the standard input ends: the process that started this one is gone."""
-    left = threading.Event()
-
-    def wait() -> None:
-        with suppress(OSError, ValueError):
-            while os.read(0, 4096):
-                pass
-        left.set()
-
-    threading.Thread(target=wait, name="whether the campaign's process is there", daemon=True).start()
-    return left
-
-
-def leave_streams() -> None:
-    """Write nothing to the process that started this one from now on: it may be gone, or read no more."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(nothing, stream)
-    os.close(nothing)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import roughness
 from analysis.identification.judgement.resolution import heights, unresolved
 from analysis.identification.lines import Lines, running_median
+from analysis.identification.modes import NOISE_LEFT
 from analysis.identification.order import pole_penalty, support
 from analysis.identification.pole_search import PoleFit
 
@@ -22,8 +23,7 @@ UNRESOLVED = "too close to a taller peak for the lines to separate them, or its 
 
 POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
 
-LEFT = "times the noise is left at its peak"
-NOT_ONE_POLE = f"; {{:.2g}} {LEFT}: more than one mode, or one that changed meanwhile; its sigmas are too small"
+NOT_ONE_POLE = f"; {{:.2g}} {NOISE_LEFT}: more than one mode, or one that changed meanwhile: σ is too small"
 
 LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
 """Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not

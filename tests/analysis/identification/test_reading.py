@@ -37,3 +37,8 @@ def test_deviations_are_those_of_scattered_poles(kind) -> None:
     read = read_poles(pole, covariance[None], kind)
     for name in ("frequency_hz", "damping_ratio", "loss_factor"):
         assert getattr(read, f"sigma_{name}")[0] == pytest.approx(getattr(scattered, name).std(), rel=0.03)
+
+
+def test_a_reading_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ValueError, match="damping 'viscose': hysteretic or viscous"):
+        read_poles(np.array([-1.0 + 100j]), np.zeros((1, 2, 2)), "viscose")  # type: ignore[arg-type]

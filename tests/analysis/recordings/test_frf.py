@@ -1,6 +1,7 @@
 """H1 of sweeps through a known filter, its variance against repeated estimates, and bad repeats."""
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from scipy.signal import chirp, fftconvolve, lfilter, savgol_filter
 from analysis.experiment import Experiment
 from analysis.gap.data.noise import ROUGHNESS
 from analysis.recordings.campaign import Campaign, Sweep
-from analysis.recordings.frf import campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.h1 import bad_repeats, h1, spectra
 from analysis.recordings.noise_power import SMOOTHING_LINES, noise_power, single_repeat_power
 
@@ -258,3 +259,61 @@ def test_an_inverted_channel_is_turned_and_said() -> None:
     np.testing.assert_array_equal(turned.h, -frf.h)
     assert "channel S1 is inverted: wiring, patch polarity" in turned.notes[-1]
     assert frf.turned(()) is frf
+
+
+@pytest.fixture(scope="module")
+def three_sweeps() -> Frf:
+    h = np.ones((3, 2, 4), complex)
+    return Frf(
+        temperature=np.array([10.0, 20.0, 30.0]),
+        direction=("up",) * 3,
+        level=np.ones(3),
+        frequency=np.arange(1.0, 5.0),
+        h=h,
+        variance=h.real,
+        coherence=h.real,
+        excluded=np.zeros(4, dtype=bool),
+        channels=("S1", "S2"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "said"),
+    [
+        (lambda frf: frf.without(0, "x"), TypeError, "sweeps 0: allowed is a list: each an integer"),
+        (lambda frf: frf.without("a", "x"), TypeError, "sweeps 'a': allowed is a list"),
+        (lambda frf: frf.without(None, "x"), TypeError, "sweeps None: allowed is a list"),
+        (lambda frf: frf.without([0.0], "x"), TypeError, "sweeps 0.0: allowed is an integer"),
+        (lambda frf: frf.without([True], "x"), TypeError, "sweeps True: allowed is an integer"),
+        (lambda frf: frf.without([[0]], "x"), TypeError, r"sweeps \[0\]: allowed is an integer"),
+        (lambda frf: frf.without([3], "x"), ValueError, "sweeps 3: 0 to 2, not all, are allowed"),
+        (lambda frf: frf.without([0, 1, 2, 2], "x"), ValueError, "sweeps 0, 1, 2: 0 to 2, not all"),
+        (lambda frf: frf.without([0], None), TypeError, "why None: allowed is a text"),
+        (lambda frf: frf.without([0], " "), ValueError, "why '': allowed is a text that says why"),
+        (
+            lambda frf: frf.on(None),
+            TypeError,
+            "experiment None: allowed is an Experiment, the plate's declaration",
+        ),
+        (lambda frf: frf.on(frf), TypeError, r"experiment of type Frf: .*flexura\.load\(folder\)\.experiment"),
+        (lambda frf: frf.on(experiment(), 3), TypeError, "name 3: allowed is a text"),
+        (lambda frf: frf.label(2), ValueError, "channel 2: 0 to 1 allowed"),
+        (lambda frf: frf.unit("S1"), TypeError, "channel 'S1': allowed is an integer"),
+        (lambda frf: frf.level_unit(3), ValueError, "sweep 3: 0 to 2 allowed"),
+        (lambda frf: frf.drive(None), TypeError, "sweep None: allowed is an integer"),
+        (lambda frf: frf.of_source(1), ValueError, "source 1: 0 to 0 allowed"),
+        (lambda frf: frf.turned("S1"), ValueError, "channels 'S1': allowed is a list: each of S1, S2"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused_in_words(
+    three_sweeps: Frf, call: Callable[[Frf], object], kind: type[Exception], said: str
+) -> None:
+    with pytest.raises(kind, match=said):
+        call(three_sweeps)
+
+
+def test_a_sweep_is_left_out_once_however_it_is_named(three_sweeps: Frf) -> None:
+    left = three_sweeps.without(np.array([0, 0, 2]), "wet")
+    assert left.temperature.tolist() == [20.0]
+    assert left.notes == tuple(f"sweep at {t} °C (up, 1 V) left out: wet" for t in ("10.0", "30.0"))
+    assert three_sweeps.without([], "wet").notes == ()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.files.atomic import atomic_hdf5, atomic_path, write_text
-from app.files.disk_room import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError, told
 from tests.disk_faults import needs_compiler, with_faults
 
 CAMPAIGN = """
@@ -112,7 +112,7 @@ import os, resource, sys
 import h5py, numpy as np
 from pathlib import Path
 from app.files.atomic import atomic_hdf5, write_text
-from app.files.disk_room import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError, told
 
 folder = Path(sys.argv[1])
 data = np.random.default_rng(0).standard_normal(1_000_000)
@@ -173,12 +173,16 @@ def test_an_error_about_another_file_is_not_the_written_one_s(tmp_path: Path) ->
     assert not list(tmp_path.iterdir())
 
 
-def test_a_name_that_is_too_long_is_an_error_that_names_it(tmp_path: Path) -> None:
+def test_a_name_that_is_too_long_is_an_error_that_names_it_and_wants_a_shorter_one(tmp_path: Path) -> None:
     with (
-        pytest.raises(UnwrittenFileError, match=r"xxx\.h5: cannot be written"),
+        pytest.raises(UnwrittenFileError, match=r"xxx\.h5: cannot be written \(.*\); name a shorter one, and run"),
         atomic_hdf5(tmp_path / f"{'x' * 300}.h5"),
     ):
         pass
+    with pytest.raises(OSError, match="long") as raised:
+        (tmp_path / ("x" * 300)).mkdir()
+    said = told(raised.value) or ""
+    assert said.endswith("); name a shorter one, and run it again")
 
 
 def test_the_error_passes_from_one_process_to_another() -> None:

@@ -7,6 +7,8 @@ import pytest
 
 from app.watch.news import THEN_EVERY, BoundedNews, News, NewsOfCampaign
 from app.watch.status import CampaignStatus
+from app.watch.watcher import Watcher
+from tests.app.watch.conftest import Campaign
 
 CALM = CampaignStatus(
     name="one",
@@ -81,3 +83,40 @@ def test_messages_of_a_kind_become_ever_rarer_and_none_is_lost_for_good() -> Non
     bounded.take(News("sweep given up", "/one", "title", "a month later"))
     now[0] += 1.0
     assert [one.text for one in bounded.due()] == ["a month later"]
+
+
+def test_an_end_is_told_once_though_the_folder_was_away() -> None:
+    gone, complete = (
+        replace(CALM, state="gone", total=0),
+        replace(CALM, state="complete", finished=9, read="10:00"),
+    )
+    stopped = replace(CALM, state="stopped", finished=3, read="08:00")
+    for end, kind in ((complete, "finished"), (stopped, "stopped")):
+        assert kinds(CALM, end, gone, gone, end) == [kind, "silent"]
+        assert kinds(end, gone, end) == ["silent"]
+        assert kinds(gone, end) == ["silent"]  # what happened before the watcher began
+        for copied in ("silent", "not begun"):  # back in part
+            assert kinds(end, gone, replace(end, state=copied, finished=0, read=None), end) == ["silent"]
+
+
+def test_what_went_on_while_the_folder_was_away_is_told() -> None:
+    gone, stopped = replace(CALM, state="gone", total=0), replace(CALM, state="stopped", finished=3, read="08:00")
+    further = replace(stopped, finished=5, read="09:00")
+    complete = replace(CALM, state="complete", finished=9, missing=2, read="10:00")
+    assert kinds(CALM, gone, complete) == ["silent", "finished", "sweep given up"]
+    assert kinds(stopped, gone, further) == ["silent", "stopped"]
+    assert kinds(stopped, gone, complete) == ["silent", "finished", "sweep given up"]
+    assert kinds(complete, gone, replace(complete, missing=0)) == ["silent", "finished"]
+    assert kinds(stopped, gone, CALM, stopped) == ["silent", "stopped"]
+
+
+def test_a_folder_that_is_moved_away_and_back_has_not_finished_again(campaign: Campaign) -> None:
+    folder, told = campaign("one", None, readings=None), []
+    watcher = Watcher([folder], lambda news: told.append(news.kind))
+    watcher.look()
+    for _ in range(2):
+        folder.rename(folder.with_name("away"))
+        watcher.look()
+        folder.with_name("away").rename(folder)
+        assert watcher.look()[0].state == "complete"
+    assert told == ["silent"] * 2

@@ -78,6 +78,31 @@ def test_one_that_hangs_keeps_no_other_waiting_and_is_said_once(
     assert "took longer" in messenger.last_failure
 
 
+def test_what_is_to_be_tried_again_is_known_after_the_first_attempt() -> None:
+    ready = threading.Event()
+
+    class Failing:
+        name = "failing"
+
+        def tell(self, news: News) -> str:
+            ready.wait(30.0)
+            return "refused"
+
+    messenger = Messenger([Failing()], lambda _: None, attempts=(0.0, 60.0))
+    assert messenger.untold() == []
+    messenger.tell(NEWS)
+    assert messenger.untold() is None
+    ready.set()
+    while (said := messenger.untold()) is None:
+        pass
+    assert said[0].startswith("a message (silent) is not told yet by failing: refused; tried again")
+    messenger.tell(NEWS)
+    assert (messenger.untold() or [""])[0].startswith("2 messages are not told yet by failing")
+    messenger.end()
+    messenger.wait(30.0)
+    assert messenger.untold() == []
+
+
 def test_of_many_that_wait_the_oldest_are_dropped() -> None:
     ready, told = threading.Event(), []
 

@@ -203,7 +203,7 @@ def test_acquire_is_watched_by_a_process_of_its_own(tmp_path: Path) -> None:
 
 def test_the_death_of_its_watcher_is_nothing_to_a_campaign(tmp_path: Path) -> None:
     folder = tmp_path / "campaign"
-    refused = ["--notify-command", json.dumps([str(tmp_path / "no such program")])]
+    refused = ["--notify-command", json.dumps([sys.executable, "-c", "raise SystemExit(7)"])]
     child = started("acquire", "examples/quick-rig.toml", "--out", str(folder), "--watch", *refused)
     assert child.stderr is not None
     said = ""
@@ -217,6 +217,21 @@ def test_the_death_of_its_watcher_is_nothing_to_a_campaign(tmp_path: Path) -> No
     _, err = child.communicate(timeout=600.0)
     assert child.returncode == 0, err
     assert "sweeps in" in err
+    assert "note: the watcher has ended; nothing more is told of this campaign" in err
+
+
+def test_what_could_not_be_told_is_said_by_acquire(tmp_path: Path) -> None:
+    words = ["acquire", "examples/quick-rig.toml", "--out", str(tmp_path / "campaign"), "--quiet"]
+    done = started(*words, "--notify-command", "no-such-program --x")
+    out, err = done.communicate(timeout=60.0)
+    assert done.returncode == 2
+    assert err.strip().splitlines()[-1].startswith("Error: --notify-command: no-such-program: there is no such")
+    assert not (tmp_path / "campaign").exists()
+    done = started(*words, "--notify-command", json.dumps([sys.executable, "-c", "raise SystemExit(7)"]))
+    out, err = done.communicate(timeout=600.0)
+    assert done.returncode == 0, err
+    assert f"note: a message (finished) is not told yet by {sys.executable}: ended with 7; tried again" in err
+    assert "Traceback" not in out + err
 
 
 def answers(url: str) -> bool:
