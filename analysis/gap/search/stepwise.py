@@ -25,6 +25,7 @@ from analysis.gap.thresholds import (
     BEHIND,
     EXPLAINED,
     LEAST_SHARE,
+    LEAST_WIDE_SHARE,
     LEAVES_NOISE,
     MOST_EFFECTS,
     MOVED_ELSEWHERE,
@@ -193,9 +194,9 @@ def _climb(
     while len(fit.state.effects) < MOST_EFFECTS:
         on = tuple(fit.state.effects)
         candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
-        wide = [] if _foreseen(context, fit, candidates) else widened_starts(context, fit, blind)
-        if wide:
-            candidates = [one.candidate for one in wide]
+        wide = None if _foreseen(context, fit, candidates) else widened_starts(context, fit, blind)
+        if wide is not None:
+            candidates = [one.candidate for one in wide] or candidates
             starts = {one.effects: one.state for one in wide}
             refits = refit(context, fit, [(names, {}) for names in starts], starts)
         else:
@@ -236,7 +237,12 @@ def _foreseen(context: SearchContext, fit: GapFit, candidates: Sequence[Candidat
 def _pair(
     context: SearchContext, baseline: GapFit, first: ScoreTest, blind: Sequence[str], steps: Sequence[Step]
 ) -> tuple[list[Step], GapFit | None]:
-    """Add two effects at once, if neither one effect nor effects added one by one explain enough."""
+    """Add two effects at once, if neither one effect nor effects added one by one explain enough.
+
+    None where no single one takes a share far from the data: either of a pair would.
+    """
+    if context.far(baseline) and not steps[0].refits:
+        return [], None
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
     least = max(context.least_gain(), _promise_needed(context, baseline))
@@ -379,11 +385,11 @@ def _images(card: EffectCard, values: Values) -> Iterator[dict[str, float]]:
             yield {**values, "x": float(x), "y": float(y)}
 
 
-def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) -> list[WidenedStart]:
-    """Return where fits of the best candidates begin, the best first; an empty list where none helps.
+def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) -> list[WidenedStart] | None:
+    """Return where fits of the best candidates begin, the best first; an empty list where none takes a share.
 
-    None does near the data, where derivatives there tell more, nor at part of the lines, which wider resonances
-    would not keep apart from the others.
+    None near the data, where derivatives there tell more, and at part of the lines, which wider resonances would
+    not keep apart from the others.
 
     Parameters
     ----------
@@ -395,23 +401,24 @@ def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) ->
         Effects that these data do not show.
     """
     if not context.far(fit) or not context.few or not context.sweeps.rows.all():
-        return []
+        return None
     wide = context.of(widened(context.sweeps, WIDENED, WIDENED_ERROR))
     on = tuple(fit.state.effects)
     held = fit.state if fit.held is None else fit.held.state
     begun = _fitted(wide, replace(held, declared={}).with_tolerances(context.model.tolerance_cards), on)
-    screening = score_test(context.model, wide.sweeps, begun, context.executor)
+    screening = wide.score_test(begun)
     worth = [c for c in screening.candidates() if c.effects[0] not in blind and c.gain > 0.0][:REFITTED]
+    most = (1.0 - LEAST_WIDE_SHARE) * begun.objective
 
-    def begin(candidate: Candidate) -> WidenedStart:
+    def begin(candidate: Candidate, enough: float) -> WidenedStart:
         names = (*on, *candidate.effects)
         start = begun.state.with_effects({**begun.state.effects, **absent(context, screening, candidate)})
-        there = _fitted(wide, start, names)
+        there = _fitted(wide, start, names, enough)
         return WidenedStart(candidate, names, there.state, there.objective)
 
-    found = []
+    found: list[WidenedStart] = []
     for place, candidate in enumerate(worth):
-        found.append(begin(candidate))
+        found.append(begin(candidate, min(most, BEHIND * min((one.left for one in found), default=np.inf))))
         context.report("wider resonances", (place + 1) / len(worth))
     found.sort(key=lambda one: one.left)
     enough = LEAVES_NOISE * wide.sweeps.numbers
@@ -419,12 +426,20 @@ def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) ->
         sites = sorted(screening.at_sites(one.candidate.effects[0]), key=lambda c: -c.gain)[:SITES_REFITTED]
         for candidate in sites[1:]:
             if min(known.left for known in found) > enough:
-                found[place] = min(found[place], begin(candidate), key=lambda known: known.left)
+                there = begin(candidate, min(most, found[place].left))
+                found[place] = min(found[place], there, key=lambda known: known.left)
     found.sort(key=lambda one: one.left)
-    return [one for one in found if one.left <= BEHIND * found[0].left and one.left < begun.objective]
+    return [one for one in found if one.left <= min(BEHIND * found[0].left, most)]
 
 
-def _fitted(wide: SearchContext, start: GapState, effects: Sequence[str]) -> GapFit:
+def _fitted(wide: SearchContext, start: GapState, effects: Sequence[str], enough: float = np.inf) -> GapFit:
     return fit_gap(
-        wide.model, wide.sweeps, start, effects, wide.executor, target=wide.settled, declared_free=False
+        wide.model,
+        wide.sweeps,
+        start,
+        effects,
+        wide.executor,
+        target=wide.settled,
+        declared_free=False,
+        enough=enough,
     )
