@@ -116,6 +116,7 @@ def refit(
     base: GapFit,
     sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]],
     starts: Mapping[tuple[str, ...], GapState] = NO_STARTS,
+    needed: float = 0.0,
 ) -> list[Refit]:
     """Fit each set of effects, first at a few temperatures.
 
@@ -131,6 +132,8 @@ def refit(
         Effects of each set, and the start values of those that `base` lacks.
     starts : mapping
         Of some sets, whole states from which their fits to a few temperatures begin instead.
+    needed : float
+        Gain, nats, with less of which a set is of no use: its fit is stopped once it cannot reach that.
 
     Returns
     -------
@@ -144,7 +147,8 @@ def refit(
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.sweeps.numbers
-    best, left, least = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf, np.inf
+    best = max(needed / scale, max((r.gain / scale for r in done if r.plausible), default=0.0))
+    left, least = np.inf, np.inf
     least_held = np.inf
     far, tried = few.far(reference), []
     for place, (names, added) in enumerate(sets):

@@ -245,12 +245,15 @@ def _pair(
         return [], None
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
-    least = max(context.least_gain(), _promise_needed(context, baseline))
+    needed = 0.5 * EXPLAINED * max(context.excess(baseline) - context.allowed(baseline), 0.0)
+    # far from the data first order tells nothing
+    promise = 0.0 if context.far(baseline) else needed / PREDICTION_MARGIN
+    least = max(context.least_gain(), promise)
     pairs = [c for c in first.pairs(singles) if c.gain >= least and frozenset(c.effects) not in tried]
     if not pairs:
         return [], None
     sets = [(c.effects, absent(context, first, c)) for c in pairs[:PAIRS_REFITTED]]
-    refits = refit(context, baseline, sets)
+    refits = refit(context, baseline, sets, needed=needed)
     best = next((r for r in refits if r.plausible), None)
     if best is None or best.fit is None:
         return [Step(tuple(pairs), tuple(refits), (), 0.0, False)], None
@@ -258,14 +261,6 @@ def _pair(
     enough = context.agrees(best.fit) or share >= EXPLAINED
     step = Step(tuple(pairs), tuple(refits), best.effects, share, enough)
     return [step], best.fit if enough else None
-
-
-def _promise_needed(context: SearchContext, baseline: GapFit) -> float:
-    """Gain to first order, nats, below which no fit explains enough; 0 from far, where it tells little."""
-    if context.far(baseline):
-        return 0.0
-    needed = context.excess(baseline) - context.allowed(baseline)
-    return 0.5 * EXPLAINED * max(needed, 0.0) / PREDICTION_MARGIN
 
 
 def relocated(context: SearchContext, baseline: GapFit, fit: GapFit) -> GapFit:
