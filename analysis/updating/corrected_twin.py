@@ -144,7 +144,7 @@ def corrected_twin(
     return CorrectedTwin(
         effects=fitted.effects,
         nodes=fitted.laws,
-        laws=_laws(protocol, fitted.laws),
+        laws=smooth_laws(fitted.laws, reached(protocol, fitted.laws.temperature)),
         updated=_updated(frf, plain, model, groups, fitted, np.array(material, dtype=float), h),
         frequency=frf.frequency,
         answers=h,
@@ -186,15 +186,20 @@ def _updated(
     )
 
 
-def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
-    """Smooth laws through the nodes, over the protocol's temperatures that were reached."""
+def smooth_laws(nodes: FittedLaws, temperature_range: tuple[float, float]) -> MaterialLaws | None:
+    """Smooth laws through the nodes; None for fewer than three temperatures.
+
+    Parameters
+    ----------
+    temperature_range : (float, float)
+        Where they are to hold, degrees Celsius, as `analysis.updating.laws.fit_laws`.
+    """
     temperature, material = nodes.temperature, material_of(nodes)[0]
     if distinct_temperatures(temperature) < FEWEST:
         return None
     # what the temperatures share widens the bands: taken for noise, a smooth law would average it away
     own = material.sigma(nodes.own_sigma)
-    span = reached(protocol, temperature)
-    return fit_laws(temperature, material, own, temperature_range=span, common=nodes.shared)
+    return fit_laws(temperature, material, own, temperature_range=temperature_range, common=nodes.shared)
 
 
 def material_of(nodes: FittedLaws) -> tuple[Material, MaterialSigma]:

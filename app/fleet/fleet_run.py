@@ -80,7 +80,7 @@ class RunMember:
         poor = [name for name, one in self.stages.items() if one.whole and not one.good]
         amiss += [f"not good enough: {', '.join(poor)}"] if poor else []
         made = sum(one.state == "made" for one in self.stages.values())
-        return "; ".join(amiss) or (f"{made} stages made" if made else "up to date")
+        return "; ".join(amiss) or (f"{made} stage{'s' * (made > 1)} made" if made else "up to date")
 
 
 def run_fleet(

@@ -14,6 +14,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import FAIR_RIPPLE, ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.weather.judged import WeatherJudgement
+from app.files.results.best_twin import BY_UPDATE
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 
 PAPER_TEMPERATURES = (0.0, 20.0, 40.0, 60.0)
@@ -82,7 +83,7 @@ def correction(focusing: Focusing, uncorrected: Aim) -> Figure:
     figure, axes = panels(1, 2, height=3.2)
     own, without = focusing.direct.contrast.mean(1), uncorrected.contrast.mean(1)
     axes[0].plot(focusing.temperature, own, "o-", color=BAND, ms=3.5, label="laws of the corrected twin")
-    axes[0].plot(focusing.temperature, without, "o--", color=MODEL, ms=3.5, label="laws without the correction")
+    axes[0].plot(focusing.temperature, without, "o--", color=MODEL, ms=3.5, label=f"laws {BY_UPDATE}")
     axes[0].set(ylabel="mean contrast in band", ylim=(0, 1), title="filters of each temperature")
     legend_below(figure)
     axes[1].plot(focusing.temperature, own - without, "o-", color=BAND, ms=3.5)

@@ -24,6 +24,7 @@ from app.summaries.gap import (
     gap_closed,
     held_out_parts,
     in_words,
+    modes_before,
     named,
     plan_rows,
     plan_words,
@@ -141,7 +142,9 @@ def gap_section(path: Path, experiment: Experiment | None = None) -> list[Item]:
     figures, record = load_gap(path)
     pairing = record.get("pairing")
     # without a gap it is the pairing of the updated twin, which has its own section
-    pairs = [] if record["verdict"] == "none" else pairing_items(pairing, "gap-pairing", experiment)
+    of, pairs = modes_before(record), list[Item]()
+    if record["verdict"] != "none":
+        pairs = pairing_items(pairing, "gap-pairing", experiment, of)
     items: list[Item] = [verdict(record), *pairs, _agreement(record)]
     if no_fit_words(pairing):
         return items
@@ -180,7 +183,8 @@ def gap_section(path: Path, experiment: Experiment | None = None) -> list[Item]:
                 "gap-laws",
                 "What does the correction change in the material laws?",
                 gap.laws(figures),
-                "E, ν and η before and after, and what changed, two-sigma bands.",
+                "E, ν and η before and after, and what changed, two-sigma bands."
+                + (" Before: with the effects that the twin began with." if record["starting_effects"] else ""),
             )
         )
     unseen = [(o["name"], o["needs"]) for o in record["observability"] if not o["observable"]]

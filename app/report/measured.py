@@ -208,13 +208,17 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
     return figure
 
 
-def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaws | None = None) -> Figure:
+def laws(
+    updated: Updated, fitted: MaterialLaws | None, before: MaterialLaws | None = None, before_said: str = "before"
+) -> Figure:
     """E, nu and eta, or constants of a sheet by direction, over temperature: estimates, laws, two-sigma bands.
 
     Parameters
     ----------
-    uncorrected : MaterialLaws, optional
+    before : MaterialLaws, optional
         Of the twin that lacks an effect, drawn dashed; not of a sheet.
+    before_said : str
+        What these are, for the legend.
     """
     if updated.sheet is not None:
         return _sheet(updated, updated.sheet)
@@ -235,10 +239,10 @@ def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaw
             law, band = getattr(fitted.at(fine), name) / unit, getattr(fitted.sigma(fine), name) / unit
             each.plot(fine, law, color=BAND)
             each.fill_between(fine, law - 2 * band, law + 2 * band, color=BAND, alpha=0.25, lw=0)
-        if uncorrected is not None:
-            fine = np.linspace(*uncorrected.temperature_range, 241)
-            law = getattr(uncorrected.at(fine), name) / unit
-            each.plot(fine, law, "--", color=MODEL, lw=1.0, label="uncorrected")
+        if before is not None:
+            fine = np.linspace(*before.temperature_range, 241)
+            law = getattr(before.at(fine), name) / unit
+            each.plot(fine, law, "--", color=MODEL, lw=1.0, label=before_said)
         each.set(xlabel="temperature [°C]", ylabel=label, title=title)
     legend_below(figure)
     return figure

@@ -20,7 +20,9 @@ PLATES_DRAWN = 6
 """Plates drawn, one of them for the CoMAC."""
 
 
-def pairing_items(record: Record | None, name: str, experiment: Experiment | None = None) -> list[Item]:
+def pairing_items(
+    record: Record | None, name: str, experiment: Experiment | None = None, of: str = ""
+) -> list[Item]:
     """Return what the page shows of a pairing; nothing where there is none.
 
     Parameters
@@ -31,6 +33,8 @@ def pairing_items(record: Record | None, name: str, experiment: Experiment | Non
         Of the picture's file.
     experiment : Experiment, optional
         Where the points lie; without it shapes are not drawn.
+    of : str
+        Which twin it is before effects were found, where that is not the only one of the page.
     """
     if record is None:
         return []
@@ -44,13 +48,15 @@ def pairing_items(record: Record | None, name: str, experiment: Experiment | Non
         Picture(
             name,
             "Which measured modes does the twin have?",
-            pairing_figure(before, after),
-            f"{title(before)}. Filled: modes that are strong in the FRFs; grey: half the window within which "
-            "frequencies agree, half a bandwidth and at least 1 %; crosses at the top: modes without a partner.",
+            pairing_figure(before, after, of),
+            f"{title(before)}{_of(of)}. Filled: modes that are strong in the FRFs; grey: half the window within "
+            "which frequencies agree, half a bandwidth and at least 1 %; crosses at the top: modes without a "
+            "partner.",
         )
     )
     headings = (*HEADINGS, likeness(before), "match")
-    items.append(PageTable(headings, rows(before), numbers=tuple(range(len(headings) - 1))))
+    first = (f"{headings[0]}{_of(of)}", *headings[1:])
+    items.append(PageTable(first, rows(before), numbers=tuple(range(len(headings) - 1))))
     if after is not None:
         items.append(PageTable((f"{headings[0]}, with the effects found", *headings[1:]), rows(after)))
     points = points_shown(record)
@@ -128,16 +134,22 @@ def points_figure(points: Record, plate: Plate, places: Mapping[str, tuple[float
     return figure
 
 
-def pairing_figure(before: Record, after: Record | None = None) -> Figure:
+def _of(twin: str) -> str:
+    return f", {twin}" if twin else ""
+
+
+def pairing_figure(before: Record, after: Record | None = None, of: str = "") -> Figure:
     """Draw differences of frequency, ratios of damping, and likeness of shapes over frequency.
 
     Parameters
     ----------
     before, after : mapping
         Sweeps of a pairing's record; `after` has the effects found.
+    of : str
+        Which twin `before` is of, where there are several.
     """
     figure, axes = panels(3, 1, height=6.4, sharex=True, height_ratios=[1.5, 1.0, 1.0])
-    parts = [(before, MODEL, "updated twin" if after is None else "before")]
+    parts = [(before, MODEL, of or ("updated twin" if after is None else "before"))]
     parts += [] if after is None else [(after, BAND, "with the effects found")]
     _window(axes[0], before["pairs"])
     for sweep, color, label in parts:
@@ -159,7 +171,7 @@ def pairing_figure(before: Record, after: Record | None = None) -> Figure:
             axes[0].plot(lonely, np.full(len(lonely), top), mark, color="0.3", ms=7, label=label, clip_on=False)
     axes[0].axhline(0.0, color="0.3", lw=0.8)
     axes[1].axhline(1.0, color="0.3", lw=0.8)
-    axes[0].set(ylabel="Δf, twin less\nmeasured [%]", title=title(before))
+    axes[0].set(ylabel="Δf, twin less\nmeasured [%]", title=f"{title(before)}{_of(of)}")
     axes[1].set(ylabel="ζ measured\nover twin", ylim=(0.0, None))
     axes[2].set(ylabel=likeness(before), ylim=(min(-0.05, axes[2].get_ylim()[0]), 1.05))
     frequency_axis(axes[2])

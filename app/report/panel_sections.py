@@ -9,6 +9,7 @@ from scipy.io import wavfile
 
 from analysis.arrays import Real
 from app.files.bad_file import ResultFileError
+from app.files.results.best_twin import BY_UPDATE
 from app.files.results.panel_files import (
     load_compensation,
     load_focusing,
@@ -36,7 +37,7 @@ def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
             "methods",
             "What does STIF gain over other ways to drive the panel?",
             focusing.methods(comparison),
-            "Four ways to drive it, complex filters (paper Fig. 4).",
+            f"All ways to drive it, complex filters (paper Fig. 4); {paper.material_of(comparison)}.",
         ),
         Picture(
             "before",
@@ -56,7 +57,10 @@ def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
         items.append(Picture("tradeoff", "What does an even sound cost?", focusing.tradeoff(curve), caption))
     uncorrected = load_uncorrected(run / "filters.h5")
     if uncorrected is not None:
-        caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
+        caption = (
+            f"Filters from the corrected laws, and from those {BY_UPDATE}; both on a plate that obeys the "
+            "corrected laws."
+        )
         question = "What is the corrected twin worth for the filters?"
         items.append(Picture("correction", question, focusing.correction(found, uncorrected), caption))
     return items

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.compensation.outcome import NETWORK, Compensation
 from analysis.declaration.plate import Plate
 from analysis.focusing.methods import MethodComparison
@@ -41,6 +42,16 @@ CONSTANTS = (
 )
 """The paper's section 4.4 and Table 1."""
 
+COLD, WARM, REFERENCE = 0.0, 60.0, 25.4
+"""Of section 4.2 and Fig. 10, degrees Celsius: ends of the oven's cycle, and what frequencies are relative to."""
+FILTERS_OF = 20.0
+"""Temperature of the filters that section 5.1 keeps everywhere, degrees Celsius."""
+DAMPING_PEAK = (10.0, 20.0)
+"""Where the largest loss factor of the paper lies, degrees Celsius."""
+SAME_TEMPERATURE = 1.5
+"""K from a temperature of the paper up to which a number is set beside the paper's: E of the paper's plate changes
+by 1.8 % a kelvin, its frequencies by half of that."""
+
 
 def is_the_papers(plate: Plate) -> bool:
     """Whether a plate has the paper's size and mass; nothing is gained by comparing any other with it."""
@@ -66,6 +77,8 @@ def material_rows(laws: MaterialLaws) -> list[PaperRow]:
             rows.append(PaperRow(heading.format(t=t), printed, with_sigma(ours, sigma), why))
     fine = np.linspace(low, high, 601)
     eta = laws.at(fine).loss_factor
+    if not reach(fine, *DAMPING_PEAK):
+        return rows
     peak = f"{100 * eta.max():.1f} at {fine[int(eta.argmax())]:.0f} °C"
     why = (
         "the paper takes η as twice the mean modal damping; here η is that of the plate's material alone, "
@@ -82,21 +95,36 @@ def _beside(ours: float, sigma: float, paper: float, step: float) -> str:
     return f"differs by {away:.0f} σ, {100.0 * (ours / paper - 1.0):+.1f} %: {SPECIMEN}"
 
 
+def _nearest(temperature: Real, wanted: float) -> int | None:
+    """Return which of some temperatures (T,), °C, is one of the paper; None where none is near enough."""
+    place = int(np.argmin(np.abs(temperature - wanted)))
+    return place if abs(temperature[place] - wanted) < SAME_TEMPERATURE else None
+
+
+def reach(temperature: Real, low: float = COLD, high: float = WARM) -> bool:
+    """Whether temperatures (T,), °C, reach over a range of the paper, by default all of it."""
+    return bool(temperature.min() < low + SAME_TEMPERATURE and temperature.max() > high - SAME_TEMPERATURE)
+
+
 def mode_rows(tracked: TrackedModes) -> list[PaperRow]:
-    """Say how frequencies and damping ratios move over temperature (the paper's section 4.2 and Fig. 10)."""
+    """Say how frequencies and damping ratios move over temperature (the paper's section 4.2 and Fig. 10).
+
+    Only of sweeps at the temperatures for which the paper gives numbers.
+    """
     reading, temperature = tracked.reading(), tracked.temperature
-    cold, hot = int(np.argmin(temperature)), int(np.argmax(temperature))
-    reference = int(np.argmin(np.abs(temperature - 25.4)))
-    moved = [np.nanmedian(reading.frequency_hz[t] / reading.frequency_hz[reference] - 1.0) for t in (cold, hot)]
+    cold, hot = _nearest(temperature, COLD), _nearest(temperature, WARM)
+    reference = _nearest(temperature, REFERENCE)
     known = reading.sigma_damping_ratio < 0.1 * reading.damping_ratio
     rows = []
     for t, paper, implied in ((cold, 0.30, "about +27 %"), (hot, -0.20, "about -29 %")):
-        ours = float(moved[0 if t == cold else 1])
+        if t is None or reference is None:
+            continue
+        ours = float(np.nanmedian(reading.frequency_hz[t] / reading.frequency_hz[reference] - 1.0))
         heading = f"frequencies at {temperature[t]:.0f} against {temperature[reference]:.0f} °C [%]"
         why = f"median of the tracked modes; it follows √E, and the paper's own E(T) implies {implied} by √E"
         rows.append(PaperRow(heading, f"about {100 * paper:+.0f}", f"{100 * ours:+.0f}", why))
-    for t, nominal, (low, high) in ((cold, 0.0, (307.0, 715.0)), (hot, 60.0, (182.0, 416.0))):
-        if abs(temperature[t] - nominal) < 1.5:
+    for t, nominal, (low, high) in ((cold, COLD, (307.0, 715.0)), (hot, WARM, (182.0, 416.0))):
+        if t is not None:
             f = reading.frequency_hz[t][~np.isnan(reading.frequency_hz[t])]
             ends = [float(f[np.argmin(np.abs(f - 0.945 * end))]) for end in (low, high)]
             rows.append(
@@ -108,6 +136,8 @@ def mode_rows(tracked: TrackedModes) -> list[PaperRow]:
                 )
             )
     for t, paper_range in ((cold, "2 to 2.5"), (hot, "below 2")):
+        if t is None:
+            continue
         found = 100 * reading.damping_ratio[t][known[t]]
         if found.size:
             heading = f"damping ratios at {temperature[t]:.0f} °C [%]"
@@ -117,7 +147,7 @@ def mode_rows(tracked: TrackedModes) -> list[PaperRow]:
 
 
 def method_rows(comparison: MethodComparison) -> list[PaperRow]:
-    """STIF on the paper's section-2 plate, as far as the band of the panel at hand goes."""
+    """STIF on the panel at hand, of the paper's section 2 or another, as far as its band goes."""
     stif = comparison.methods.index("stif")
     f = comparison.frequency
     why = (
@@ -126,7 +156,7 @@ def method_rows(comparison: MethodComparison) -> list[PaperRow]:
     )
     ends = [min(end, f.max()) for end in (220.0, 540.0)]
     contrast, spot = comparison.contrast[stif], 100 * comparison.spot_error[stif]
-    see = "share of Lx; see above"
+    see, of = "share of Lx; see above", f", {material_of(comparison)}"
     rows = (
         (f"contrast of STIF to {ends[1]:.0f} Hz", "about 0.9", contrast, ".2f", (f >= 100.0) & (f <= 540.0), why),
         ("contrast of STIF above 540 Hz", "falling", contrast, ".2f", f > 540.0, "as many actuators, more modes"),
@@ -134,17 +164,31 @@ def method_rows(comparison: MethodComparison) -> list[PaperRow]:
         (f"spot error 220 to {ends[1]:.0f} Hz [%]", "below 10", spot, ".0f", (f > 220.0) & (f <= 540.0), see),
     )
     return [
-        PaperRow(question, theirs, f"{values[at].mean():{form}} mean", note)
+        PaperRow(f"{question}{of}", theirs, f"{values[at].mean():{form}} mean", note)
         for question, theirs, values, form, at, note in rows
         if at.any()
     ]
 
 
+def material_of(comparison: MethodComparison) -> str:
+    """Say which material the methods are compared on."""
+    modulus, _, loss = comparison.constants
+    if modulus == 0.0:
+        return "with the measured transfers"
+    return f"plate of E {modulus / 1e9:.3g} GPa, η {100 * loss:.3g} %, not of this run's laws"
+
+
 def temperature_rows(focusing: Focusing) -> list[PaperRow]:
-    """Say what one filter for every temperature costs."""
+    """Say what one filter for every temperature costs, from and at the temperatures of the paper."""
     here = int(np.argmin(np.abs(focusing.temperature - focusing.reference_temperature)))
     mean = focusing.fixed.contrast.mean(1)
     worst = int(mean.argmin())
+    every_fifth = np.arange(COLD, WARM + 1.0, 5.0)  # at which section 5.1 keeps the filters of 20 °C
+    if (
+        abs(focusing.reference_temperature - FILTERS_OF) > SAME_TEMPERATURE
+        or _nearest(every_fifth, float(focusing.temperature[worst])) is None
+    ):
+        return []
     return [
         PaperRow(
             f"mean contrast, {focusing.reference_temperature:g} °C filters, at {focusing.temperature[worst]:g} °C",
@@ -156,12 +200,12 @@ def temperature_rows(focusing: Focusing) -> list[PaperRow]:
 
 
 def compensation_rows(compensation: Compensation) -> list[PaperRow]:
-    """Compare the networks: relative error, contrast regained, time."""
+    """Compare the networks: relative error and contrast regained, over the range of the paper, and time."""
     place = compensation.methods.index(NETWORK)
     error = compensation.relative_error[place].max()
     best = compensation.best
     best_loss = compensation.largest_loss[compensation.methods.index(best)]
-    return [
+    judged = [
         PaperRow(
             "largest relative error of the networks, eq. (13) [% of energy]",
             "0.9",
@@ -175,6 +219,9 @@ def compensation_rows(compensation: Compensation) -> list[PaperRow]:
             f"{compensation.contrast_loss[place].max():.2g} at most",
             "",
         ),
+    ]
+    return [
+        *(judged if reach(compensation.temperature) else []),
         PaperRow(
             "training of the networks, one an actuator",
             "six: 1 h (10 nodes) to 7-9 h (16)",

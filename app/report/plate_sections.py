@@ -13,7 +13,7 @@ from analysis.recordings.frf import Frf, sweeps_of_modes
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.campaigns.of_run import campaign_of
 from app.files.declarations.plate import NOT_STATED
-from app.files.results.best_twin import best_twin
+from app.files.results.best_twin import BEFORE, best_twin
 from app.files.results.laws_file import TwinFrf, load_pairing
 from app.files.results.modes_file import load_modes
 from app.report import measured, paper
@@ -147,14 +147,14 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         *(
             []
             if laws is None or estimates.sheet is not None
-            else [_constants(laws, None if plain is None else plain.laws)]
+            else [_constants(laws, best.before, best.before_said)]
         ),
         *(_compared(experiment.plate, frf, twin, estimates) if same else []),
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
-            measured.laws(estimates, laws, None if plain is None else plain.laws),
-            _laws_caption(experiment.plate, estimates, corrected=plain is not None),
+            measured.laws(estimates, laws, best.before, best.before_said),
+            _laws_caption(experiment.plate, estimates, None if best.before is None else best.before_said),
         ),
     ]
 
@@ -235,10 +235,12 @@ def _each(frf: Frf) -> list[tuple[int, str, str]]:
     return [(k, "" if k == first else f"-{k + 1}", f", {frf.sources[k]} driven") for k in frf.driving]
 
 
-def _laws_caption(plate: Plate, found: Updated, *, corrected: bool) -> str:
+def _laws_caption(plate: Plate, found: Updated, before: str | None) -> str:
     if found.sheet is not None:
         return "Moduli, Poisson's ratio and loss factors of the sheet in its own axes, two standard deviations."
-    dashed = " Dashed: uncorrected, with a twin that lacks what was found." if corrected else ""
+    dashed = "" if before is None else f" Dashed: {before}."
+    if before == BEFORE:
+        dashed = " Dashed: before, of the comparison's own twin without what was found."
     return f"E, η and ν over temperature, two-sigma bands{paper.figure(plate, 12)}.{dashed}"
 
 
@@ -256,11 +258,11 @@ def _sheet_constants(found: Updated, sheet: SheetMaterial) -> PageTable:
     return PageTable(headings, rows, numbers=tuple(range(len(headings))))
 
 
-def _constants(laws: MaterialLaws, plain: MaterialLaws | None) -> PageTable:
-    """E, ν and η with their standard deviations at round temperatures, and the uncorrected ones beside them."""
+def _constants(laws: MaterialLaws, earlier: MaterialLaws | None, said: str) -> PageTable:
+    """E, ν and η with their standard deviations at round temperatures, and those before, which `said` names."""
     low, high = laws.temperature_range
-    if plain is not None:
-        low, high = max(low, plain.temperature_range[0]), min(high, plain.temperature_range[1])
+    if earlier is not None:
+        low, high = max(low, earlier.temperature_range[0]), min(high, earlier.temperature_range[1])
     temperature = np.arange(10.0 * np.ceil(low / 10.0 - 0.05), high + 0.5, 10.0).clip(low, high)
     value, sigma = laws.at(temperature), laws.sigma(temperature)
     columns = (("youngs_modulus", 1e9), ("poisson_ratio", 1.0), ("loss_factor", 0.01))
@@ -269,9 +271,9 @@ def _constants(laws: MaterialLaws, plain: MaterialLaws | None) -> PageTable:
         for name, unit in columns
     ]
     headings = ["T [°C]", "E [GPa]", "ν", "η [%]"]
-    if plain is not None:
-        before = plain.at(temperature)
+    if earlier is not None:
+        before = earlier.at(temperature)
         cells += [[f"{v / unit:.3f}" for v in getattr(before, name)] for name, unit in columns]
-        headings += ["uncorrected: E", "ν", "η"]
+        headings += [f"{said}: E", "ν", "η"]
     rows = [(f"{t:z.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
     return PageTable(headings, rows, numbers=range(len(headings)))

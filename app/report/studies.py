@@ -12,7 +12,7 @@ from analysis.focusing.played import Played
 from app.files.results.panel_files import Studies, Surfaces, load_studies
 from app.report import focusing
 from app.report.page import Item, Picture
-from app.report.paper import PaperRow
+from app.report.paper import PaperRow, reach
 from app.report.style import MEASURED, frequency_axis, legend_below, panels
 
 
@@ -159,9 +159,8 @@ def rows(studies: Studies) -> list[PaperRow]:
         ours = (
             f"{studies.played.contrast[stif, below].mean():.2f}, sweep to 800 Hz {studies.played.total[stif]:.2f}"
         )
-        found.append(
-            PaperRow("Fig. 4: contrast of STIF with taps to 540 Hz", "about 0.9", ours, "positions not published")
-        )
+        heading = "Fig. 4: contrast of STIF with taps to 540 Hz, on the illustration's plate"
+        found.append(PaperRow(heading, "about 0.9", ours, "positions not published"))
         gap = float(np.abs(studies.played.total - studies.played.expected).max())
         found.append(PaperRow("Fig. 4: time against frequency domain", "not given", f"{gap:.1g}", ""))
     if studies.fixed is not None:
@@ -170,7 +169,7 @@ def rows(studies: Studies) -> list[PaperRow]:
         found.append(
             PaperRow("Fig. 13: mean contrast, fixed filters", "degraded away from 20 °C", pairs, "curves only")
         )
-    if studies.compensation is not None:
+    if studies.compensation is not None and reach(studies.compensation.temperature):
         made = studies.compensation
         place = made.methods.index(NETWORK)
         error = f"{made.relative_error[place].max():.2g}"

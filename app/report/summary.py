@@ -12,7 +12,7 @@ from app.files.campaigns.inputs import OF_CAMPAIGN, has_other_sweeps, said_of_mo
 from app.files.campaigns.of_run import made_by
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
-from app.files.results.best_twin import best_twin, load_gap_record
+from app.files.results.best_twin import BY_UPDATE, best_twin, load_gap_record
 from app.files.results.modes_file import load_frf, load_modes
 from app.files.results.panel_files import load_compensation, load_focusing, load_uncorrected
 from app.files.results.run_folder import MADE_BY
@@ -54,7 +54,7 @@ def _updated(path: Path) -> str:
     if best.effects:
         said += f"; corrected ({best.names})"
     if best.uncorrected is not None:
-        said += f"; uncorrected {_constants(best.uncorrected.updated)}"
+        said += f"; {BY_UPDATE}: {_constants(best.uncorrected.updated)}"
     return said
 
 
@@ -91,7 +91,7 @@ def _compared(path: Path) -> str:
 def _focused(path: Path) -> str:
     _, found, _ = load_focusing(path)
     own, fixed = found.direct.contrast.mean(1), found.fixed.contrast.mean(1)
-    line = f"mean contrast {own.min():.2f} to {own.max():.2f}"
+    line = f"mean contrast {span(own, '.2f')}"
     return f"{line}; with the filters of {found.reference_temperature:g} °C down to {fixed.min():.2f}"
 
 

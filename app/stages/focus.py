@@ -26,6 +26,7 @@ from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
 from app.files.results.panel_files import save_focusing
 from app.stages.panel.inputs import workers
+from app.summaries.numbers import span
 from app.summaries.table import as_text
 from app.twins.panel_twin import PanelTwin, panel_twin
 
@@ -44,7 +45,7 @@ class FocusedPanel:
     focusing : Focusing
         Filters at every temperature, with their performance.
     comparison : MethodComparison
-        All methods with complex filters, on a plate with reference values of the constants.
+        All methods with complex filters, on a plate of the illustration's constants, not of the laws.
     measured : bool
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     uncorrected : Aim or None
@@ -70,8 +71,8 @@ class FocusedPanel:
         own, kept, t = found.direct.contrast.mean(axis=1), found.fixed.contrast.mean(axis=1), found.temperature
         _, actuators, taps = found.bank.taps.shape
         line = (
-            f"FocusedPanel: {found.method}, {actuators} filters of {taps} taps, {t[0]:g} to {t[-1]:g} °C: "
-            f"contrast {own.min():.2f} to {own.max():.2f} with their own filters, down to {kept.min():.2f} with "
+            f"FocusedPanel: {found.method}, {actuators} filters of {taps} taps, {span(t, 'g')} °C: "
+            f"contrast {span(own, '.2f')} with their own filters, down to {kept.min():.2f} with "
             f"those of {found.reference_temperature:g} °C"
         )
         return as_text(line, self.notes)

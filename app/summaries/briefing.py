@@ -9,10 +9,11 @@ import numpy as np
 from analysis.estimates import DeclaredQuantity, doubts, untold
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
-from app.files.results.best_twin import BestTwin, TwinOfRun
+from app.files.results.best_twin import BY_UPDATE, BestTwin, TwinOfRun
+from app.summaries.focusing import LEAST_CONTRAST
 from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of
 from app.summaries.modes import no_fit_words
-from app.summaries.numbers import FIXED, roughly
+from app.summaries.numbers import FIXED, roughly, span
 
 Record = Mapping[str, Any]
 USUAL_TEMPERATURE = 20.0
@@ -32,7 +33,7 @@ class Worth:
     Attributes
     ----------
     contrast : float
-        Largest gain of mean contrast over filters from uncorrected laws.
+        Largest gain of mean contrast over filters from the laws of flexura update.
     temperature : float
         Where, degrees Celsius.
     """
@@ -220,14 +221,16 @@ def _next(effect: Record) -> str:
 def _worth(best: BestTwin, record: Record, worth: Worth | None) -> list[str]:
     """Say what the correction changes in the laws, closes of the gap, and gains for filters."""
     said = []
-    plain = None if best.uncorrected is None else best.uncorrected.laws
-    if best.twin.laws is not None and plain is not None:
-        said.append(_change(best.twin.laws, plain))
+    if best.twin.laws is not None and best.before is not None:
+        said.append(_change(best.twin.laws, best.before, best.before_said))
     left = record["unexplained"]["share"]
     if left is not None:
         said.append(f"{_first(_share(1.0 - left))} of the gap is explained{_held_out(record)}.")
     if worth is not None:
-        said.append(f"Filters gain up to {worth.contrast:.3f} of contrast (at {worth.temperature:.0f}{FIXED}°C).")
+        gain = "nothing"
+        if worth.contrast >= LEAST_CONTRAST:
+            gain = f"up to {worth.contrast:.3f} of contrast (at {worth.temperature:.0f}{FIXED}°C)"
+        said.append(f"Filters gain {gain} over those from the laws {BY_UPDATE}.")
     return said
 
 
@@ -244,20 +247,20 @@ def _share(value: float) -> str:
     return f"{percent:.{0 if percent < 99.0 else 2}f}{FIXED}%"
 
 
-def _change(laws: MaterialLaws, plain: MaterialLaws) -> str:
-    """Say by how much E, nu and eta change, and where most."""
-    low = max(laws.temperature_range[0], plain.temperature_range[0])
-    high = min(laws.temperature_range[1], plain.temperature_range[1])
+def _change(laws: MaterialLaws, earlier: MaterialLaws, said: str) -> str:
+    """Say by how much E, nu and eta change, and where most; `said` is what the earlier laws are."""
+    low = max(laws.temperature_range[0], earlier.temperature_range[0])
+    high = min(laws.temperature_range[1], earlier.temperature_range[1])
     t = np.linspace(low, high, 61)
-    now, before = laws.at(t), plain.at(t)
+    now, before = laws.at(t), earlier.at(t)
     modulus = 100.0 * (now.youngs_modulus / before.youngs_modulus - 1.0)
     loss = 100.0 * (now.loss_factor / before.loss_factor - 1.0)
     ratio = now.poisson_ratio - before.poisson_ratio
     at = int(np.abs(modulus).argmax())
     return (
-        f"E changes by {modulus.min():+.1f} to {modulus.max():+.1f}{FIXED}% (most at {t[at]:.0f}{FIXED}°C: "
-        f"{before.youngs_modulus[at] / 1e9:.3g} GPa before), ν by {ratio.min():+.3f} to {ratio.max():+.3f}, "
-        f"η by {loss.min():+.1f} to {loss.max():+.1f}{FIXED}%."
+        f"E changes by {span(modulus, '+z.1f')}{FIXED}% of itself (most at {t[at]:.0f}{FIXED}°C: "
+        f"{before.youngs_modulus[at] / 1e9:.3g} GPa {said}), ν by {span(ratio, '+z.3f')}, "
+        f"η by {span(loss, '+z.1f')}{FIXED}% of itself."
     )
 
 

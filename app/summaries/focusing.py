@@ -11,6 +11,7 @@ from analysis.focusing.panel import Panel, PanelSound
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim, area_normalised, decibels
 from analysis.radiation.measures import ripple
+from app.summaries.numbers import span
 from app.summaries.table import Table
 
 CAPTION = (
@@ -21,6 +22,8 @@ SOUND_CAPTION = (
     "± sound: third-octave ripple at the listeners, and level, dB of the sound wanted; contrast: mean and worst "
     "line; uncut: worst line of filters before they are cut; area: normalised by area; peak: any audio within ±1"
 )
+LEAST_CONTRAST = 5e-4
+"""Gain of contrast below which filters are said to gain nothing: half of the last digit that is printed."""
 WORST_LINE = 0.03
 """Contrast that taps may lose on the worst line before it is said."""
 
@@ -178,10 +181,12 @@ def correction(focusing: Focusing, lost: Aim | None) -> list[str]:
         return []
     own, without = focusing.direct.contrast.mean(axis=1), lost.contrast.mean(axis=1)
     worst = int((own - without).argmax())
-    return [
-        f"filters from the uncorrected laws.h5 reach contrast {without.min():.3f} to {without.max():.3f} here; "
-        f"the correction is worth up to {own[worst] - without[worst]:.3f}, at {focusing.temperature[worst]:g} °C"
-    ]
+    gain = float(own[worst] - without[worst])
+    worth = "is worth nothing for them"
+    if gain >= LEAST_CONTRAST:
+        worth = f"is worth up to {gain:.3f}, at {focusing.temperature[worst]:g} °C"
+    reached = span(without, ".3f")
+    return [f"filters from the uncorrected laws.h5 reach contrast {reached} here; the correction {worth}"]
 
 
 def table(panel: Panel, focusing: Focusing) -> Table:
@@ -249,7 +254,7 @@ def summary(panel: Panel, focusing: Focusing, target: Path, seconds: float) -> s
         uneven = ripple(focusing.direct.sound[:, panel.loud], focusing.frequency).max()
         heard = f"third-octave ripple at most ± {uneven:.2f} dB at the listeners, "
     return (
-        f"{temperatures_in_words(t)}: {heard}contrast {direct.min():.2f} to {direct.max():.2f} with "
+        f"{temperatures_in_words(t)}: {heard}contrast {span(direct, '.2f')} with "
         f"their own filters, worst line {focusing.direct.contrast.min():.2f}; down to {fixed.min():.2f} with "
         f"those of {focusing.reference_temperature:g} °C ({focusing.regularisation}, tolerance "
         f"{focusing.tolerance:g}); {seconds:.1f} s; {target}"

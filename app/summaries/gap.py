@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.effect_card import PEOPLES
+from app.files.results.best_twin import BY_UPDATE
 from app.summaries.modes import no_fit_words, pairing_tables
 from app.summaries.numbers import FIXED, roughly, with_sigma
 from app.summaries.table import Table
@@ -74,6 +75,11 @@ def headline(record: Record) -> str:
     if record["effects"]:
         words += f": {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
     return f"{words}; chi2 per dof {' -> '.join(chi2_before_and_after(record))}"
+
+
+def modes_before(record: Record) -> str:
+    """Say of which twin the modes before are: its misfit is another than that of the comparison's own twin."""
+    return "with the effects of the twin file" if record["starting_effects"] else BY_UPDATE
 
 
 def claims(record: Record) -> bool:
@@ -208,7 +214,7 @@ def tables(record: Record) -> list[Table]:
     pairing = record.get("pairing")
     no_fit = bool(no_fit_words(pairing))
     every = (
-        *pairing_tables(pairing),
+        *pairing_tables(pairing, modes_before(record)),
         *(() if no_fit else (_found(record),)),
         _agreement(record),
         *(() if no_fit else (_where(record), _unseen(record), plan_table(record))),

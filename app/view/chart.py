@@ -28,6 +28,8 @@ MOST_DOTS = 4000
 """Points along a curve that are looked at for a legend's place: 3 dots apart over a screen's width of zigzag."""
 MOST_OF_LEGEND = 0.5
 """Share of a plot's height up to which room is made above the curves for a legend."""
+MARK = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+"""Points of a mark that count as hidden, in its radius from its centre: at its edge it is hidden in part."""
 
 
 LEAST_NUMBER_DISTANCE = 44.0
@@ -148,6 +150,8 @@ class Chart(pyqtgraph.PlotWidget):
         What `fit` shows of y whatever the curves are: of a coherence 0 to 1, because a good one, from 0.99997 to
         0.99999, would look as a bad one does.
     """
+
+    _fitted: tuple[list[float], list[float]] | None = None  # y that `fit` chose, without and with a legend's room
 
     def __init__(self, name: str, title: str, x: str, y: str, theme: Theme) -> None:
         super().__init__(background=theme.plot, axisItems={"bottom": LogAxis("bottom")})
@@ -308,7 +312,9 @@ class Chart(pyqtgraph.PlotWidget):
                 ranges[name] = (float(values.min()), float(values.max()))
         if ranges:  # together: where the aspect is locked, setting one axis alone would undo the other
             self.setRange(**ranges, padding=0.04)
+        chosen = list(self.viewRange()[1])
         self.place_legend(room="yRange" in ranges)
+        self._fitted = (chosen, list(self.viewRange()[1])) if "yRange" in ranges else None
 
     def place_legend(self, *, room: bool = False) -> None:
         """Move the legend to the corner where it hides least.
@@ -323,7 +329,7 @@ class Chart(pyqtgraph.PlotWidget):
             return
         size = np.array([legend.width(), legend.height()])
         whole = np.array([view.width(), view.height()])
-        if (whole <= size).any():
+        if whole[1] <= size[1]:  # one that is only too wide still hides less above the curves
             return
         dots = self._dots(whole)
         right, down = (abs(edge) for edge in self._corner)
@@ -339,20 +345,35 @@ class Chart(pyqtgraph.PlotWidget):
         legend.anchor(*_anchors(corners[best]), offset=corners[best])
 
     def resizeEvent(self, event: Any) -> None:
-        """Find the legend's corner anew: its dots hide another part of a smaller plot."""
+        """Find the legend's corner anew: its dots hide another part of a smaller plot.
+
+        Its room, too, as long as y shows what `fit` chose: a page is filled before its plots have their sizes.
+        """
         super().resizeEvent(event)
-        if getattr(self, "plotItem", None) is not None:  # the base class resizes before it has one
+        if getattr(self, "plotItem", None) is None:  # the base class resizes before it has one
+            return
+        if self._fitted is None or not np.allclose(self.viewRange()[1], self._fitted[1]):
             self.place_legend()
+            return
+        chosen = self._fitted[0]
+        self.setYRange(*chosen, padding=0.0)
+        self.place_legend(room=True)
+        self._fitted = (chosen, list(self.viewRange()[1]))
 
     def _dots(self, whole: Real) -> Real:
-        """Return points along all curves in dots from the upper left corner of the plot, (n, 2)."""
+        """Return points along all curves, and of marks, in dots from the upper left corner of the plot, (n, 2)."""
         (left, right), (low, high) = self.viewRange()
         found = [np.empty((0, 2))]
-        for _, x, y in self.curves:
+        for item, x, y in self._drawn_curves:
             across = np.log10(np.maximum(x, np.finfo(float).tiny)) if self.log_x else x
             known = np.isfinite(across) & np.isfinite(y)
             a = (across[known] - left) / (right - left) * whole[0]
             b = (high - y[known]) / (high - low) * whole[1]
+            if item.opts["symbol"] is not None:
+                reach = 0.5 * float(item.opts["symbolSize"]) * MARK
+                found.append((np.stack([a, b], axis=1)[:, None] + reach).reshape(-1, 2))
+                if _without_line(item):
+                    continue
             if len(a) > 1:  # a line between points far apart, too
                 apart = np.concatenate([[0.0], np.cumsum(np.maximum(np.hypot(np.diff(a), np.diff(b)), 1e-9))])
                 along = np.linspace(0.0, apart[-1], min(MOST_DOTS, 2 + int(apart[-1] / 3.0)))
@@ -418,14 +439,25 @@ class Chart(pyqtgraph.PlotWidget):
     @property
     def curves(self) -> list[tuple[str, Real, Real]]:
         """Label and points of every curve that is shown now."""
+        return [(str(item.opts["label"]), x, y) for item, x, y in self._drawn_curves]
+
+    @property
+    def _drawn_curves(self) -> list[tuple[Any, Real, Real]]:
+        """Every curve that is shown now, and its points."""
         found = []
         for item in self.plotItem.listDataItems():
             if not isinstance(item, pyqtgraph.PlotDataItem) or "label" not in item.opts or not item.isVisible():
                 continue
             x, y = item.getOriginalDataset()
             if x is not None:
-                found.append((str(item.opts["label"]), np.asarray(x, float), np.asarray(y, float)))
+                found.append((item, np.asarray(x, float), np.asarray(y, float)))
         return found
+
+
+def _without_line(item: Any) -> bool:
+    """Whether a curve has points alone."""
+    pen = item.opts["pen"]
+    return pen is None or pyqtgraph.mkPen(pen).style() == Qt.PenStyle.NoPen
 
 
 def _inside(dots: Real, corner: Real, size: Real, whole: Real) -> int:

@@ -30,15 +30,20 @@ class TwinPage(QWidget):
     theme : Theme
     of : str
         What else has to be said of where the modes are from.
+    before : str
+        Which twin it is without the effects found, where there is one with them.
     """
 
-    def __init__(self, record: Record, theme: Theme, of: str = "") -> None:
+    def __init__(self, record: Record, theme: Theme, of: str = "", before: str = "") -> None:
         super().__init__()
         self._sweeps: list[Record] = []
+        self._twins: list[str] = []
         self.choice = QComboBox()
-        for name, words in (("sweeps_after", ", with the effects found"), ("sweeps", "")):
+        without = f", {before}" if before else ""
+        for name, words in (("sweeps_after", ", with the effects found"), ("sweeps", without)):
             for sweep in record[name] or ():
                 self._sweeps.append(sweep)
+                self._twins.append(words)
                 self.choice.addItem(f"{sweep['temperature_c']:.1f} °C{words}")
         self.said, self.table = QLabel(), ModeTable((*HEADINGS, "MAC", "match"), range(len(HEADINGS) + 1))
         self.said.setWordWrap(True)
@@ -70,8 +75,9 @@ class TwinPage(QWidget):
         left.addWidget(self.points, stretch=1)
 
     def _show(self) -> None:
-        sweep = self._sweeps[self.choice.currentIndex()]
-        self.said.setText(f"{title(sweep)}. {self._of}")
+        chosen = self.choice.currentIndex()
+        sweep = self._sweeps[chosen]
+        self.said.setText(f"{title(sweep)}{self._twins[chosen]}. {self._of}")
         kind = likeness(sweep)
         self.table.setHorizontalHeaderLabels([*HEADINGS, kind, "match"])
         self.table.show_rows(rows(sweep))

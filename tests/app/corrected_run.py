@@ -21,6 +21,8 @@ from tests.app.view.conftest import FREQUENCY, TEMPERATURE, experiment, frf, upd
 HASHES = {"protocol.json": "00ff", "a.h5": "0a0a"}
 FACTOR = 1.05
 """Corrected over plain E."""
+BEFORE = 1.02
+"""E of the comparison's own twin without the effect, over that of update."""
 PHRASE = "an added mass of {mass} at the cable"
 DECLARED = (
     DeclaredQuantity("plate_thickness", "share", "1", "thickness of the plate", 0.005, 0.002, 0.001),
@@ -102,6 +104,13 @@ def corrected() -> Updated:
     )
 
 
+def baseline() -> Updated:
+    """Estimates of the comparison's own twin without the effect."""
+    plain = updated()
+    material = replace(plain.material, youngs_modulus=BEFORE * plain.material.youngs_modulus)
+    return replace(plain, material=material)
+
+
 def laws_of(found: Updated) -> MaterialLaws:
     return fit_laws(TEMPERATURE, found.material, found.sigma, temperature_range=(0.0, 40.0))
 
@@ -131,11 +140,12 @@ def figures() -> GapFigures:
         excess=np.zeros((5, 2, 4)),
     )
     loud = replace(quiet, sigma=np.full((5, 2, 4), 9.0), excess=np.full((5, 2, 4), 80.0))
-    before, after = (_nodes(one) for one in (updated(), corrected()))
+    before, after = (_nodes(one) for one in (baseline(), corrected()))
     return GapFigures(loud, quiet, before, after)
 
 
 def _nodes(found: Updated) -> FittedLaws:
-    m = found.material
+    m, s = found.material, found.sigma
     value = np.stack([np.log(m.youngs_modulus), m.poisson_ratio, np.log(m.loss_factor)], axis=1)
-    return FittedLaws(TEMPERATURE, value, np.full((5, 3), 3e-3))
+    relative = (s.youngs_modulus / m.youngs_modulus, s.poisson_ratio, s.loss_factor / m.loss_factor)
+    return FittedLaws(TEMPERATURE, value, np.stack(relative, axis=1))

@@ -10,7 +10,7 @@ import pytest
 from app.files.results.panel_files import load_compensation, load_focusing
 from app.stages.panel.laws import said_of_range
 from app.summaries.compensation import _percent, tables
-from app.summaries.focusing import notes, table
+from app.summaries.focusing import correction, notes, table
 from app.terminal.tables import show
 
 
@@ -39,6 +39,23 @@ def test_taps_that_lose_contrast(design: str, advice: str) -> None:
     (said,) = notes(*lossy(design))
     assert said.startswith("the taps lose 0.30 of contrast on the worst line at 20 °C")
     assert said.endswith(advice)
+
+
+def compared(own: list[float], without: list[float]) -> list[str]:
+    focusing: Any = SimpleNamespace(
+        temperature=np.arange(20.0, 20.0 + 5 * len(own), 5.0),
+        direct=SimpleNamespace(contrast=np.array(own)[:, None]),
+    )
+    return correction(focusing, SimpleNamespace(contrast=np.array(without)[:, None]))  # type: ignore[arg-type]
+
+
+def test_what_a_correction_is_worth_is_nothing_where_filters_gain_nothing() -> None:
+    (said,) = compared([0.5, 0.6], [0.5, 0.61])
+    assert said.endswith("reach contrast 0.500 to 0.610 here; the correction is worth nothing for them")
+    (said,) = compared([0.5, 0.6], [0.5, 0.58])
+    assert said.endswith("the correction is worth up to 0.020, at 25 °C")
+    (said,) = compared([0.57], [0.57])
+    assert "reach contrast 0.570 here" in said
 
 
 def unfocused(method: str, contrast: float) -> list[str]:

@@ -14,21 +14,21 @@ import flexura
 from analysis.material import MaterialLaws
 from app.commands.update import overtaken
 from app.files.bad_file import ResultFileError
-from app.files.results.best_twin import best_twin
+from app.files.results.best_twin import BY_UPDATE, best_twin
 from app.report.page import PageTable, Paragraph, Picture, Section, Words
 from app.report.style import drawing
 from app.report.summary import summary
 from app.report.written import Found, sections
 from app.stages.panel.laws import laws_for
 from app.summaries.numbers import FIXED
-from tests.app.corrected_run import corrected, laws_of, record, write_run
+from tests.app.corrected_run import baseline, corrected, laws_of, record, write_run
 from tests.app.view.conftest import updated
 from tests.two_patch_panel import PANEL
 
 Run = Callable[..., tuple[int, str, str]]
 ROOT = Path(__file__).resolve().parents[2]
 AT = 20.0
-OURS, PLAIN = laws_of(corrected()), laws_of(updated())
+OURS, PLAIN, BEFORE = laws_of(corrected()), laws_of(updated()), laws_of(baseline())
 MODULUS, LOSS = (float(getattr(OURS.at(AT), name)[0]) for name in ("youngs_modulus", "loss_factor"))
 SAID = "corrected (added mass at the cable"
 
@@ -71,7 +71,7 @@ def test_the_report_s_line_of_the_stage_names_both(found: Found, run: Path) -> N
     (table,) = items(found.sections[0], PageTable)
     line = dict(table.rows)["update"]
     assert line == summary(run)["update"]
-    first, _, after = line.partition("uncorrected")
+    first, _, after = line.partition(BY_UPDATE)
     largest = corrected().material.youngs_modulus.max() / 1e9
     assert f"E {largest:.2f} to" in first
     assert SAID in first
@@ -82,15 +82,39 @@ def test_the_report_s_table_and_figure_of_the_laws(found: Found) -> None:
     section = part(found, "Updated twin and material laws")
     assert SAID in items(section, Paragraph)[0].text
     table = next(one for one in items(section, PageTable) if one.headings[0] == "T [°C]")
-    assert table.headings[4:] == ["uncorrected: E", "ν", "η"]
+    assert table.headings[4:] == ["before: E", "ν", "η"]
     row = next(row for row in table.rows if row[0] == "20")
     assert float(row[1].split()[0]) == pytest.approx(MODULUS / 1e9, abs=0.02)
-    assert float(row[4]) == pytest.approx(float(PLAIN.at(AT).youngs_modulus[0]) / 1e9, abs=1e-3)
-    figure = next(one.figure for one in items(section, Picture) if one.name == "laws")
-    curves = {line.get_linestyle(): line for line in figure.axes[0].lines if len(line.get_xdata()) == 241}
-    for style, laws in (("-", OURS), ("--", PLAIN)):
+    assert float(row[4]) == pytest.approx(float(BEFORE.at(AT).youngs_modulus[0]) / 1e9, abs=2e-3)
+    picture = next(one for one in items(section, Picture) if one.name == "laws")
+    assert "Dashed: before" in picture.caption
+    lines = picture.figure.axes[0].lines
+    curves = {line.get_linestyle(): line for line in lines if len(line.get_xdata()) == 241}
+    assert curves["--"].get_label() == "before"
+    for style, laws in (("-", OURS), ("--", BEFORE)):
         x, y = curves[style].get_data()
-        np.testing.assert_allclose(y, laws.at(np.asarray(x)).youngs_modulus / 1e9)
+        np.testing.assert_allclose(y, laws.at(np.asarray(x)).youngs_modulus / 1e9, rtol=1e-3)
+
+
+def test_the_laws_before_are_the_same_on_the_whole_page(found: Found) -> None:
+    """Those of update differ from the comparison's by more than the effect: η changed in two directions."""
+    (words,) = items(found.sections[0], Words)
+    (change, *_) = dict(words.parts)["What it is worth"]
+    section = part(found, "What the twin lacks")
+    figure = next(one.figure for one in items(section, Picture) if one.name == "gap-laws")
+    moved = next(line for line in figure.axes[3].lines if len(line.get_xdata()) == len(updated().temperature))
+    low, high = moved.get_ydata().min(), moved.get_ydata().max()
+    assert low == pytest.approx(high)
+    assert change.replace(FIXED, " ").startswith(f"E changes by {high:+.1f} % of itself (")
+
+
+def test_where_only_the_laws_of_update_are_there_it_is_said(run: Path) -> None:
+    (run / "gap.h5").unlink()
+    with drawing():
+        section = part(sections(run, lambda *_: None), "Updated twin and material laws")
+    table = next(one for one in items(section, PageTable) if one.headings[0] == "T [°C]")
+    assert table.headings[4] == f"{BY_UPDATE}: E"
+    assert f"Dashed: {BY_UPDATE}." in next(one for one in items(section, Picture) if one.name == "laws").caption
 
 
 def test_the_paper_is_compared_with_them_in_standard_deviations(found: Found) -> None:

@@ -6,14 +6,14 @@ what was missing. This is the only place that decides between the two.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from analysis.estimates import DeclaredQuantity, Estimate
+from analysis.estimates import DeclaredQuantity, Estimate, FittedLaws
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
@@ -30,6 +30,8 @@ NOT_OF_THE_CAMPAIGN = ("twin ", "effect ")
 """Beginnings of the names of inputs that are no recordings: a twin file, a user's own effects."""
 TOLD = ("verdict", "effects", "starting_effects", "provenance")
 """Keys that are alike in gap.json and gap.h5 of one comparison."""
+BEFORE, BY_UPDATE = "before", "by update, before the gap was looked for"
+"""How laws are called that corrected ones are set against: those of the comparison itself, and those of update."""
 SAME_MISFIT = 1e-3
 """Relative difference up to which the misfits of two fits of the plain twin are those of one: other recordings,
 mains or versions change them by more, another machine's rounding by less."""
@@ -92,6 +94,8 @@ class BestTwin:
         The plain twin, where `twin` is another one.
     ignored : tuple of str
         Why results of `flexura gap` that lie in the run are not used, a sentence each.
+    compared : Path or None
+        gap.h5 of the comparison that found all the effects; None where it is not there, or began with some.
     """
 
     twin: TwinOfRun
@@ -99,6 +103,48 @@ class BestTwin:
     titles: Mapping[str, str] = field(default_factory=dict)
     uncorrected: TwinOfRun | None = None
     ignored: tuple[str, ...] = ()
+    compared: Path | None = None
+
+    @cached_property
+    def nodes(self) -> tuple[FittedLaws, FittedLaws] | None:
+        """E, nu and eta of the comparison's twin without the effects, and with; None where these are not known."""
+        if self.compared is None:
+            return None
+        from app.files.results.gap_file import load_gap_laws
+
+        return load_gap_laws(self.compared)
+
+    @cached_property
+    def before(self) -> MaterialLaws | None:
+        """Laws that the corrected ones are set against; None where there are none, and where nothing is corrected.
+
+        Through `nodes`, else those of flexura update. The comparison weighs the data otherwise than update and
+        moves what is declared; without any effect this alone changed η by 2 % in a campaign where the effect
+        changed it by 0.4 % the other way. They are values to compare with: their bands are those of the corrected
+        ones, so that both are smoothed alike (by their own bands, which the effect widens, η was 0.4 % off its
+        nodes). ResultFileError where they cannot be read.
+        """
+        if self.uncorrected is None:
+            return None
+        if self.nodes is None:
+            return self.uncorrected.laws
+        if self.twin.laws is None:
+            return None
+        from analysis.updating.corrected_twin import smooth_laws
+
+        before, after = self.nodes
+        try:
+            alike = replace(before, sigma=after.sigma, common=after.common)
+            return smooth_laws(alike, self.twin.laws.temperature_range)
+        except ValueError as error:
+            raise ResultFileError(
+                f"{self.compared}: the laws before cannot be used: {error}; make it again: flexura gap"
+            ) from error
+
+    @property
+    def before_said(self) -> str:
+        """What `before` is, for headings and legends."""
+        return BY_UPDATE if self.compared is None else BEFORE
 
     @property
     def names(self) -> str:
@@ -162,7 +208,9 @@ def best_twin(run: Path, verb: str) -> BestTwin:
     except ResultFileError as error:
         return BestTwin(plain, ignored=(f"the laws of {PLAIN} are uncorrected: {error}",))
     titles = {name: record.get("titles", {}).get(name, "") for name in effects}
-    return BestTwin(corrected, effects, titles, plain)
+    stored = run / "gap.h5"
+    compared = stored if stored.is_file() and not record["starting_effects"] else None
+    return BestTwin(corrected, effects, titles, plain, compared=compared)
 
 
 class _NotUsedError(Exception):

@@ -153,6 +153,13 @@ def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
         return read_value(file["figures"], GapFigures), record
 
 
+def load_gap_laws(path: Path) -> tuple[FittedLaws, FittedLaws]:
+    """Read the laws before and after alone, of `GapFigures`; ResultFileError where the file is something else."""
+    with result_file(path, "gap") as file:
+        before, after = (read_value(file["figures"][name], FittedLaws) for name in ("laws_before", "laws_after"))
+        return before, after
+
+
 def load_signatures(path: Path) -> Signatures | None:
     """Read the signatures; None where there was no gap, and in files of versions that kept none."""
     with result_file(path, "gap") as file:

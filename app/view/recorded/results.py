@@ -1,7 +1,7 @@
 """What a run holds, each file read when it is first looked at, and FRFs to be laid over those measured."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -22,6 +22,7 @@ from analysis.recordings.campaign import CampaignExtent
 from analysis.recordings.frf import Frf, campaign_frf, sweeps_of_modes
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
+from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
 from app.files.campaigns.loading import load_campaign
@@ -210,6 +211,10 @@ def _whole(path: Path) -> BestTwin:
     best = best_twin(path.parent, "view")
     for one in filter(None, (best.twin, best.uncorrected)):
         one.laws, one.updated  # noqa: B018 - read here to report errors
+    try:
+        best.before  # noqa: B018 - as above
+    except ResultFileError as error:
+        return replace(best, compared=None, ignored=(*best.ignored, str(error)))
     return best
 
 

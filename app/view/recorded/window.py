@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 
+from app.summaries.gap import modes_before
 from app.view.cursors import Cursors
 from app.view.folder import Viewed
 from app.view.recorded.fields_page import FieldsPage
@@ -114,7 +115,10 @@ class RecordedWindow(Window):
 
     def _twin_page(self) -> QWidget | None:
         held = self.results.pairing
-        return None if held is None else TwinPage(held, self.theme)
+        if held is None:
+            return None
+        gap = self.results.gap if self.results.corrected is not None else None
+        return TwinPage(held, self.theme, before="" if gap is None else modes_before(gap[1]))
 
     def _gap_page(self) -> QWidget | None:
         from app.view.recorded.gap_page import GapPage

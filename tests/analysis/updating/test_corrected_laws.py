@@ -1,13 +1,10 @@
 """Bands of the laws of a corrected twin: what all temperatures share is not averaged away by a smooth law."""
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
 from analysis.estimates import FittedLaws
-from analysis.updating.corrected_twin import _laws
+from analysis.updating.corrected_twin import smooth_laws
 
 TEMPERATURE = np.arange(0.0, 61.0, 5.0)
 SHARED, OWN = 8e-3, 2e-4
@@ -22,8 +19,7 @@ def nodes(common: bool) -> FittedLaws:
 
 
 def test_the_band_of_e_holds_what_the_declaration_leaves_open() -> None:
-    rig: Any = SimpleNamespace(temperatures=tuple(TEMPERATURE))
-    whole, averaged = (_laws(rig, nodes(common)) for common in (True, False))
+    whole, averaged = (smooth_laws(nodes(common), (0.0, 60.0)) for common in (True, False))
     assert whole is not None
     assert averaged is not None
     at = 30.0

@@ -3,9 +3,12 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from app.fleet.fleet_run import RunMember
 from tests.app.conftest import TinyCampaign
 
 Run = Callable[..., tuple[int, str, str]]
@@ -39,6 +42,14 @@ def test_a_folder_and_a_list_are_run_and_not_made_again(campaigns: Path, tmp_pat
     assert [one["name"] for one in record["pieces"]] == ["second", "first"]
     assert {one["said"] for one in record["pieces"]} == {"up to date"}
     assert record == json.loads((folder / "fleet.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(("states", "said"), [(("made",), "1 stage made"), (("made", "made"), "2 stages made")])
+def test_the_stages_of_a_piece_are_counted(tmp_path: Path, states: tuple[str, ...], said: str) -> None:
+    stages: Any = {
+        str(n): SimpleNamespace(state=state, whole=True, good=True, said="") for n, state in enumerate(states)
+    }
+    assert RunMember("door", tmp_path, tmp_path, stages).said == said
 
 
 def test_a_campaign_that_cannot_be_read_stops_no_other(campaigns: Path, run_flexura: Run, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 from analysis.experiment import Plate
 from analysis.pairing.assignment import ModeList, PairedSweeps, Pairing, pair_modes
 from analysis.pairing.points import compare_points
+from app.files.results.best_twin import BY_UPDATE
 from app.files.results.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.pairing import pairing_figure, pairing_items, points_figure
@@ -54,6 +55,24 @@ def test_the_figure_draws_differences_damping_and_likeness_before_and_after() ->
     alone = {line.get_label(): np.asarray(line.get_xdata(), float).tolist() for line in figure.axes[0].lines}
     assert (alone["measured only"], alone["twin only"]) == ([500.0], [700.0])
     assert [axes.get_ylabel() for axes in figure.axes][2] == "residues"
+
+
+def test_modes_before_the_effects_say_of_which_twin_they_are() -> None:
+    """Their misfit, by update, stood without a word beside that of the comparison's own twin, a third of it."""
+    record = pairing_record(Pairing(sweeps(1.01), sweeps(1.001)))
+    with drawing():
+        picture, first, second = pairing_items(record, "pairing", of=BY_UPDATE)
+    assert isinstance(picture, Picture)
+    assert picture.caption.partition(". Filled")[0].endswith(f"misfit 90.0 %, {BY_UPDATE}")
+    assert picture.figure.axes[0].lines[0].get_label() == BY_UPDATE
+    assert isinstance(first, PageTable)
+    assert isinstance(second, PageTable)
+    assert (first.headings[0], second.headings[0]) == (
+        f"measured [Hz], {BY_UPDATE}",
+        "measured [Hz], with the effects found",
+    )
+    titles = [table.title for table in pairing_tables(record, BY_UPDATE)]
+    assert [title.rpartition(" %, ")[2] for title in titles] == [BY_UPDATE, "with the effects found"]
 
 
 def test_a_twin_that_is_no_fit_has_its_verdict_above_the_figure() -> None:

@@ -49,10 +49,11 @@ def test_a_gap_that_is_explained(tmp_path: Path) -> None:
     for wanted in (
         "At 20 °C: E 2.5",
         "95 %",
-        "E changes by +5.0 to +5.0 %",
+        "E changes by +2.9 % of itself (most at",
+        " GPa before), ν by +0.010, η by +10.0 % of itself.",
         "E is Young's modulus (stiffness), ν Poisson's ratio, η the loss factor (damping).",
         "99.99 % of the gap is explained; of data that were not fitted, 99.99 %.",
-        "Filters gain up to 0.012 of contrast (at 60 °C).",
+        "Filters gain up to 0.012 of contrast (at 60 °C) over those from the laws by update, before the gap was",
         "Nothing beyond the noise.",
         "Nothing that was declared is found beyond its tolerance",
         "Cannot be seen with this campaign: plate that lags behind the oven; it needs two ramps.",
@@ -61,6 +62,13 @@ def test_a_gap_that_is_explained(tmp_path: Path) -> None:
         assert wanted in said
     assert "point_mass" not in said
     assert "chi2" not in said
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.0004, -0.002])
+def test_filters_that_gain_nothing_are_said_to_gain_nothing(tmp_path: Path, gain: float) -> None:
+    said = words(brief(tmp_path, "explained", Worth(gain, 45.0)))
+    assert "Filters gain nothing over those from the laws by update, before the gap was looked for." in said
+    assert "0.00" not in said.partition("What it is worth")[2].partition("What is left")[0]
 
 
 def test_a_gap_that_is_explained_in_part_says_what_is_left_and_where(tmp_path: Path) -> None:

@@ -74,6 +74,55 @@ def test_where_curves_are_in_every_corner_there_is_room_above_them() -> None:
     assert hidden(chart) == 0
 
 
+def test_a_legend_lies_over_no_points_of_a_plot_that_got_its_size_later() -> None:
+    """Three points hidden weighed less than a curve, and a plot that was resized made no room."""
+    application()
+    chart = Chart("misfit", "", "x", "y", LIGHT)
+    chart.legend(offset=(8, 8))
+    x = np.linspace(15.0, 45.0, 7)
+    chart.curve(
+        x, np.full(7, 3.5), "by update, before the gap was looked for", "#ff0000", style="none", points=True
+    )
+    chart.curve(x, np.full(7, 0.5), "noise of the measurement", "#ff0000")
+    chart.fit()
+    chart.resize(420, 260)
+    chart.show()
+    assert covered(chart) == 0
+    before = chart.viewRange()[1]
+    chart.resize(340, 240)
+    assert covered(chart) == 0
+    chart.resize(700, 900)
+    assert chart.viewRange()[1][1] < before[1]  # the room above the curves is what the legend needs
+    chart.setYRange(0.0, 4.0, padding=0.0)
+    chart.resize(420, 260)
+    assert chart.viewRange()[1] == pytest.approx([0.0, 4.0])  # what somebody chose to look at stays
+
+
+def test_there_is_no_curve_between_points_that_no_line_connects() -> None:
+    application()
+    chart = Chart("misfit", "", "x", "y", LIGHT)
+    chart.resize(420, 260)
+    chart.legend(offset=(8, 8))
+    chart.curve([0.0, 0.6, 1.0], [0.5, 1.0, 0.0], "three points", "#ff0000", style="none", points=True)
+    chart.show()
+    chart.fit()
+    assert covered(chart) == 0
+    assert chart.plotItem.legend.pos().x() == 8.0  # where it is wanted, across no curve
+    assert chart.plotItem.legend.pos().y() == 8.0
+    assert chart.viewRange()[1][1] < 1.1
+
+
+def covered(chart: Chart) -> int:
+    """Count points given, with the marks drawn around them, that the legend lies over."""
+    view, legend = chart.plotItem.vb, chart.plotItem.legend
+    box, found = legend.mapRectToItem(view, legend.boundingRect()), 0
+    for item in chart.plotItem.listDataItems():
+        reach = 0.0 if item.opts["symbol"] is None else 2.0
+        places = [view.mapFromView(QPointF(a, b)) for a, b in zip(*item.getOriginalDataset(), strict=True)]
+        found += sum(box.adjusted(-reach, -reach, reach, reach).contains(place) for place in places)
+    return found
+
+
 def hidden(chart: Chart) -> int:
     """Count points of curves, 1000 along each, below the legend."""
     view, legend = chart.plotItem.vb, chart.plotItem.legend

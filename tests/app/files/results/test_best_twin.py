@@ -9,12 +9,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.estimates import FittedLaws
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance
-from app.files.results.best_twin import best_twin, gap_record_of
+from app.files.results.best_twin import BY_UPDATE, best_twin, gap_record_of
 from app.files.results.gap_file import save_gap
 from app.files.results.laws_file import TwinFrf, save_laws
-from tests.app.corrected_run import DECLARED, FACTOR, HASHES, corrected, figures, laws_of, record, write_run
+from tests.app.corrected_run import (
+    BEFORE,
+    DECLARED,
+    FACTOR,
+    HASHES,
+    corrected,
+    figures,
+    laws_of,
+    record,
+    write_run,
+)
 from tests.app.view.conftest import FREQUENCY, frf, updated
 
 PLAIN_E = float(laws_of(updated()).at(20.0).youngs_modulus[0])
@@ -50,6 +61,42 @@ def test_after_a_gap_that_named_something_its_laws_and_effects_count(tmp_path: P
     assert best.uncorrected.laws.at(20.0).youngs_modulus[0] == pytest.approx(PLAIN_E)
     assert best.said == "laws and twin are corrected (added mass at the cable; flexura gap): laws-corrected.h5"
     assert best.ignored == ()
+
+
+def test_laws_before_are_those_of_the_comparison_without_its_effects(tmp_path: Path) -> None:
+    """It weighs the data otherwise than update does, and moves what is declared: only like is set against like."""
+    run = write_run(tmp_path / "run")
+    best = best_twin(run, "test")
+    assert best.before is not None
+    assert best.before.at(20.0).youngs_modulus[0] == pytest.approx(BEFORE * PLAIN_E, rel=1e-3)
+    assert best.before_said == "before"
+    (run / "gap.h5").unlink()
+    alone = best_twin(run, "test")
+    assert alone.before is not None
+    assert alone.before.at(20.0).youngs_modulus[0] == pytest.approx(PLAIN_E)
+    assert alone.before_said == BY_UPDATE
+
+
+def test_a_comparison_that_began_with_effects_has_no_laws_without(tmp_path: Path) -> None:
+    given = {"thermal_lag": {"tau": {"value": 150.0, "sigma": 3.0, "unit": "s"}}}
+    best = best_twin(write_run(tmp_path / "run", record("explained", starting_effects=given)), "test")
+    assert best.before is not None
+    assert best.before.at(20.0).youngs_modulus[0] == pytest.approx(PLAIN_E)
+    assert best.before_said == BY_UPDATE
+
+
+def test_without_corrected_laws_there_is_nothing_before(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "run", record("none"))
+    (run / "laws-corrected.h5").unlink()
+    assert best_twin(run, "test").before is None
+
+
+def test_laws_before_that_cannot_be_used_are_named(tmp_path: Path) -> None:
+    run, held = write_run(tmp_path / "run"), figures()
+    fewer = FittedLaws(held.laws_before.temperature[:3], held.laws_before.value[:3], held.laws_before.sigma[:3])
+    save_gap(run / "gap.h5", replace(held, laws_before=fewer), (), record(), provenance(HASHES))
+    with pytest.raises(ResultFileError, match="flexura gap"):
+        _ = best_twin(run, "test").before
 
 
 def test_what_is_only_a_hint_is_not_put_into_the_twin(tmp_path: Path) -> None:
