@@ -1,9 +1,11 @@
 """Declared quantities in words, and the budget of a standard deviation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from analysis.estimates import DeclaredQuantity, budget
+from analysis.estimates import DeclaredQuantity, budget, doubts, untold
 
 
 def quantity(name="patch_place S1", parameter="dx", value=2.1e-3, tolerance=3e-4, unit="m"):
@@ -17,6 +19,20 @@ def test_beyond_three_tolerances_the_declaration_is_doubtful():
 
 def test_a_sentence_has_people_s_units():
     assert quantity().sentence == ("place of patch S1 along x: +2.1 ± 0.2 mm from its declaration (tolerance 0.3)")
+
+
+def test_what_the_data_do_not_tell_is_named_once():
+    """A thickness 3 % off was "confirmed": its sigma was that of its tolerance."""
+    told = quantity("plate_thickness", "share", 0.0, 1e-3)
+    found = [told, quantity("plate_length_x"), quantity("plate_length_y"), quantity("patch_place S1")]
+    assert untold(found) == ("lengths",)
+    assert untold([replace(told, sigma=9e-4)]) == ("thickness",)
+
+
+def test_a_shear_modulus_that_nobody_declared_may_be_a_wrong_thickness():
+    shear = quantity("plate_shear", "share", 0.2, 0.03, "1")
+    assert doubts([shear])[0].endswith("a thickness declared some per cent wrong looks like this: measure it")
+    assert "thickness" not in doubts([quantity(value=-9.1e-4)])[0]
 
 
 def test_the_squares_of_a_budget_add_up():
