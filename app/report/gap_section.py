@@ -30,6 +30,7 @@ from app.summaries.gap import (
     plan_words,
     title,
     titles_of,
+    told,
     verdict_words,
 )
 from app.summaries.modes import no_fit_words
@@ -238,7 +239,7 @@ def verdict(record: Record) -> VerdictBox:
     sentences += [
         f"This campaign cannot distinguish {title(effect['name'], titles)} from "
         f"{' or '.join(title(other, titles) for other in effect['equivalent'])}; "
-        f"what would: {effect['separated_by']}."
+        f"what would: {told(effect['separated_by'], titles)}."
         for effect in record["effects"]
         if effect["equivalent"]
     ]

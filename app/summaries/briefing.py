@@ -11,7 +11,7 @@ from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.results.best_twin import BY_UPDATE, BestTwin, TwinOfRun
 from app.summaries.focusing import LEAST_CONTRAST
-from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of
+from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of, told
 from app.summaries.modes import no_fit_words
 from app.summaries.numbers import FIXED, roughly, span
 
@@ -138,7 +138,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("What it is worth", tuple(_worth(best, record, worth))),
         ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
         *_known(best.twin.declared, _unseen(record)),
-        ("Next", (*plan_words(record), *(_next(effect) for effect in record["effects"]))),
+        ("Next", (*plan_words(record), *(_next(effect, titles_of(record)) for effect in record["effects"]))),
     ]
     return _brief(headline, whole, best.ignored, parts)
 
@@ -212,10 +212,9 @@ def _how_sure(effect: Record, record: Record) -> str:
     return f"{said}; but this campaign cannot tell it from: {others}."
 
 
-def _next(effect: Record) -> str:
-    if effect["equivalent"]:
-        return f"To tell them apart: {effect['separated_by']}."
-    return f"To confirm it: {effect['separated_by']}."
+def _next(effect: Record, titles: Mapping[str, str]) -> str:
+    how = told(effect["separated_by"], titles)
+    return f"To tell them apart: {how}." if effect["equivalent"] else f"To confirm it: {how}."
 
 
 def _worth(best: BestTwin, record: Record, worth: Worth | None) -> list[str]:
@@ -312,7 +311,7 @@ def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[
 def _unseen(record: Record) -> list[str]:
     titles = titles_of(record)
     return [
-        f"Cannot be seen with this campaign: {title(one['name'], titles)}; it needs {one['needs']}."
+        f"Cannot be seen with this campaign: {title(one['name'], titles)}; it needs {told(one['needs'], titles)}."
         for one in record["observability"]
         if not one["observable"]
     ]

@@ -4,6 +4,7 @@ Effects have their names, and what was found is told in units that people use. O
 experiment, and the description of an unknown cause.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,15 @@ USUAL = {"kg": "g", "m": "mm"}
 def title(name: str, titles: Mapping[str, str]) -> str:
     """Return the name of an effect for people."""
     return titles.get(name) or name.replace("_", " ")
+
+
+CODE_NAME = re.compile(r"\b(?:an? )?([a-z]+(?:_[a-z]+)+)\b")
+"""A name of the library within a sentence, with its article."""
+
+
+def told(text: str, titles: Mapping[str, str]) -> str:
+    """Return a sentence of an effect's card with other effects called by their names for people, in quotes."""
+    return CODE_NAME.sub(lambda m: f"“{titles[m[1]]}”" if m[1] in titles else m[0], text)
 
 
 def titles_of(record: Record) -> dict[str, str]:

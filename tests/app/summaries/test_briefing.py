@@ -10,7 +10,7 @@ from analysis.experiment import Attachment
 from app.files.results.best_twin import BestTwin, best_twin
 from app.files.results.gap_json import _effect
 from app.summaries.briefing import Briefing, Worth, briefing
-from app.summaries.gap import found_words, in_words
+from app.summaries.gap import found_words, in_words, told
 from app.summaries.numbers import FIXED, roughly
 from simulation.effects.library import LIBRARY
 from tests.app.corrected_run import effect, record, region, write_run
@@ -219,3 +219,12 @@ def test_words_that_cannot_be_are_refused(shown: str, phrase: str, said: str) ->
 )
 def test_numbers_for_a_reader_in_a_hurry(value: float, sigma: float, unit: str, said: str) -> None:
     assert roughly(value, sigma, unit).replace(FIXED, " ") == said
+
+
+def test_other_effects_in_a_sentence_have_their_names_for_people() -> None:
+    titles = {"local_damage": "spot that has lost stiffness", "amplitude_softening": "softening with amplitude"}
+    assert told("weigh it; a local_damage lowers others", titles) == (
+        "weigh it; “spot that has lost stiffness” lowers others"
+    )
+    assert told("an amplitude_softening moves resonances", titles).startswith("“softening with amplitude” moves")
+    assert told("declare plate_shear", titles) == "declare plate_shear"
