@@ -88,7 +88,12 @@ def headline(record: Record) -> str:
 
 
 def modes_before(record: Record) -> str:
-    """Say of which twin the modes before are: its misfit is another than that of the comparison's own twin."""
+    """Say of which twin the modes before are: its misfit is another than that of the comparison's own twin.
+
+    Nothing where no gap was found: there is no other.
+    """
+    if record["verdict"] == "none":
+        return ""
     return "with the effects of the twin file" if record["starting_effects"] else BY_UPDATE
 
 
