@@ -4,23 +4,15 @@ from collections.abc import Iterable
 
 import rich.table
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, Group
+from rich.text import Text
 
 from app.summaries.table import Table
 
 
-def drawn(table: Table) -> rich.table.Table:
-    """Return a table as the terminal draws it."""
-    found = rich.table.Table(
-        title=table.title or None,
-        title_justify="left",
-        caption=table.caption or None,
-        caption_justify="left",
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=(0, 1, 0, 0),
-    )
+def drawn(table: Table) -> Group:
+    """Return a table as the terminal draws it, title and caption as wide as the terminal, not as the columns."""
+    found = rich.table.Table(header_style="bold", box=SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
     for number, heading in enumerate(table.headings):
         if number in table.words:
             found.add_column(heading, overflow="fold")
@@ -28,7 +20,9 @@ def drawn(table: Table) -> rich.table.Table:
             found.add_column(heading, justify="right", no_wrap=table.whole)
     for row in table.rows:
         found.add_row(*row)
-    return found
+    title = [Text(table.title, "table.title")] if table.title else []
+    caption = [Text(table.caption, "table.caption")] if table.caption else []
+    return Group(*title, found, *caption)
 
 
 def show(tables: Iterable[Table], lines: Iterable[str] = ()) -> None:
