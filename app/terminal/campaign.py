@@ -22,14 +22,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from analysis.declaration.strict import Point
 from app.files.campaign_error import CampaignFileError
-from app.files.disk_room import REFUSALS, UnwrittenFileError
+from app.files.disk_room import FULL, REFUSALS, UnwrittenFileError
 from app.summaries.numbers import duration
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
 from drivers.rig.campaign import Moment, Observer, Outcome
 from drivers.rig.end_requests import RigInterrupted, RigStopped
 
 NOT_GOOD_ENOUGH, NOT_AT_REST, SIGNALLED = 1, 3, 128
-NO_ROOM = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+NO_ROOM = FULL - {errno.EFBIG}
 GONE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ENODEV, errno.ENXIO, getattr(errno, "ESTALE", errno.ENOENT)})
 """The folder is not there, or the disk or share that holds it."""
 
