@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_finite, check_shapes
-from analysis.declaration.plate_material import Orthotropy
+from analysis.material import Orthotropy
 
 MODULI, TRANSVERSE, LOSS = "sheet_moduli", "sheet_transverse_shear", "sheet_loss"
 """Names of the declared quantities of a sheet."""

@@ -1,6 +1,6 @@
-"""Elastic constants of an isotropic, hysteretically damped plate, and their laws over temperature.
+"""Elastic constants of a hysteretically damped plate, and their laws over temperature.
 
-E, nu and eta as functions of temperature near one temperature.
+E, nu and eta as functions of temperature near one temperature; by how much a sheet departs from isotropy.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -10,6 +10,43 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
+
+
+@dataclass(frozen=True)
+class Orthotropy:
+    """Departure of a sheet from isotropy, referred to its own axes.
+
+    E = (E_x + E_y) / 2, E_x = E(1 - delta_e), E_y = E(1 + delta_e), nu_xy nu_yx = nu**2, in-plane shear modulus
+    (1 + delta_g) E / 2(1 + nu), transverse shear moduli E / 2(1 + nu) times `transverse`.
+
+    Attributes
+    ----------
+    delta_e, delta_g : float
+    angle : float
+        Of the sheet's x axis against the plate's, rad, towards y.
+    transverse : (float, float)
+        Of the planes xz and yz.
+    declared_transverse : bool
+        Whether these were declared; else they are those of the shear in the plane.
+    """
+
+    delta_e: float
+    delta_g: float
+    angle: float = 0.0
+    transverse: tuple[float, float] = (1.0, 1.0)
+    declared_transverse: bool = False
+
+    def __post_init__(self) -> None:
+        if not (abs(self.delta_e) < 1.0 and self.delta_g > -1.0 and min(self.transverse) > 0.0):
+            raise ValueError(
+                f"orthotropy: delta_e {self.delta_e:g}, delta_g {self.delta_g:g}, transverse {self.transverse}: "
+                "|delta_e| must be below 1, delta_g above -1 and the transverse shear above 0"
+            )
+
+    @property
+    def ratio(self) -> float:
+        """E_y / E_x."""
+        return (1.0 + self.delta_e) / (1.0 - self.delta_e)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ ed. (2005), chapter 4, for loss factors of metals and glass; EN 572-1 (2012) for
 same handbooks; W. D. Callister, Materials Science and Engineering, 8th ed. (2010), table B.1.
 """
 
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, Literal, Self
 
@@ -21,7 +20,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.declaration.strict import Declared
-from analysis.material import MaterialBox
+from analysis.material import MaterialBox, Orthotropy
 
 MOST_RATIO = 25.0
 """Largest ratio of both moduli, either way: unidirectional laminates have 10 to 20, spruce 7 to 15."""
@@ -31,43 +30,6 @@ MOST_SHEAR = 3.0
 """Largest relative departure of a shear modulus from its isotropic value: four times it."""
 ShearModulus = Annotated[float, Field(ge=1e5, le=1e12, description="Pa")]
 Share = Annotated[float, Field(ge=-0.99, le=MOST_SHEAR)]
-
-
-@dataclass(frozen=True)
-class Orthotropy:
-    """Departure of a sheet from isotropy, referred to its own axes.
-
-    E = (E_x + E_y) / 2, E_x = E(1 - delta_e), E_y = E(1 + delta_e), nu_xy nu_yx = nu**2, in-plane shear modulus
-    (1 + delta_g) E / 2(1 + nu), transverse shear moduli E / 2(1 + nu) times `transverse`.
-
-    Attributes
-    ----------
-    delta_e, delta_g : float
-    angle : float
-        Of the sheet's x axis against the plate's, rad, towards y.
-    transverse : (float, float)
-        Of the planes xz and yz.
-    declared_transverse : bool
-        Whether these were declared; else they are those of the shear in the plane.
-    """
-
-    delta_e: float
-    delta_g: float
-    angle: float = 0.0
-    transverse: tuple[float, float] = (1.0, 1.0)
-    declared_transverse: bool = False
-
-    def __post_init__(self) -> None:
-        if not (abs(self.delta_e) < 1.0 and self.delta_g > -1.0 and min(self.transverse) > 0.0):
-            raise ValueError(
-                f"orthotropy: delta_e {self.delta_e:g}, delta_g {self.delta_g:g}, transverse {self.transverse}: "
-                "|delta_e| must be below 1, delta_g above -1 and the transverse shear above 0"
-            )
-
-    @property
-    def ratio(self) -> float:
-        """E_y / E_x."""
-        return (1.0 + self.delta_e) / (1.0 - self.delta_e)
 
 
 class DeclaredOrthotropy(Declared):

@@ -18,7 +18,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import Values
 from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Protocol
@@ -29,7 +28,7 @@ from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, sweep_powers
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.search import over_all_sweeps, settled_from_first_order
 from analysis.gap.search.context import SearchContext
-from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma
+from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma, Orthotropy
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.twin_model import Remade, TwinModel

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.declaration.plate_material import Orthotropy, PlateMaterial
+from analysis.declaration.plate_material import PlateMaterial
 from analysis.gap.data.preparation import sweep_points
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.material import LocalLaws, MaterialLaws
+from analysis.material import LocalLaws, MaterialLaws, Orthotropy
 from analysis.pairing.assignment import Pairing
 from analysis.progress import Progress
 from analysis.protocol.objections import unresolved

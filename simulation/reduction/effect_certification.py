@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.channel import Footprint
-from analysis.declaration.plate_material import Orthotropy
-from analysis.material import LocalLaws, MaterialBox
+from analysis.material import LocalLaws, MaterialBox, Orthotropy
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.shell.unknowns import factorize

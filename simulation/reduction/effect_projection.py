@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Mask, Real, Whole
-from analysis.declaration.plate_material import Orthotropy
+from analysis.material import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.shell.assembly import stiffness_blocks
 from simulation.shell.rigidity import FIELDS, SHEAR_FACTOR, STRAINS, THX, Block, CurvedSurface, U, V, W

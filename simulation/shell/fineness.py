@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Plate
-from analysis.material import MaterialBox
+from analysis.material import MaterialBox, Orthotropy
 from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.rigidity import SHEAR_FACTOR, moduli
 

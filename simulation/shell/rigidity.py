@@ -27,8 +27,8 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from analysis.arrays import Real, Whole
-from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Plate
+from analysis.material import Orthotropy
 from simulation.shell.space import ShapeSpace
 
 Form = dict[tuple[int, str], Real]

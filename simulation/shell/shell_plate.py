@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from analysis.arrays import Mask, Real
-from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Patch, Plate
+from analysis.material import Orthotropy
 from simulation.meshing.foreign import foreign_mesh
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import MeshRecipe, PlateMesh

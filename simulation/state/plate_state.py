@@ -27,9 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Mask
-from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Experiment, Plate, Point
-from analysis.material import LocalLaws
+from analysis.material import LocalLaws, Orthotropy
 from analysis.recordings.sweep_point import SweepPoint
 
 

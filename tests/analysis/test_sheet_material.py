@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.declaration.plate_material import Orthotropy
 from analysis.estimates import SheetConstants, SheetMaterial
+from analysis.material import Orthotropy
 
 SHEET = Orthotropy(-0.84, -0.7)
 LAWS = np.array([[np.log(6.5e9), 0.135, np.log(0.011)], [np.log(6.0e9), 0.15, np.log(0.02)]])

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import EffectCard
 from analysis.estimates import RATIOS, DeclaredQuantity, FittedLaws, SheetMaterial
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.schur_complement import SchurComplement
 from analysis.gap.fitting.state import FreeParameters, GapState
+from analysis.material import Orthotropy
 
 
 @dataclass(frozen=True)

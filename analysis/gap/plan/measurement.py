@@ -12,7 +12,6 @@ from analysis.gap.data.groups import LawSmoothness, TemperatureGroups
 from analysis.gap.data.preparation import compressed, grouped
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState, clipped_laws, plain_state
-from analysis.gap.plan.separation import Readings
 from analysis.gap.thresholds import SHARPEST
 from analysis.material import MaterialBox
 from analysis.recordings.frf import Frf
@@ -42,6 +41,9 @@ KNOWN_MASS = 0.02
 """Of the plate's mass: some grams, which shift modes by as much as a real load and are weighed to a thousandth."""
 OVEN_FIXED = ("draught_gradient", "thermal_gradient")
 """Effects that stay with the oven when the plate is turned by half a turn; their amplitudes then change sign."""
+
+Readings = Mapping[tuple[str, str], float]
+"""Standard deviations with which parameters of effects, (effect, parameter), are measured by hand."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState
+from analysis.gap.plan.measurement import Readings
 from analysis.gap.report import GapReport
 from analysis.gap.search.score_test import Column
 from analysis.gap.thresholds import CLASS_COSINE, LEAST_KEPT
@@ -270,8 +271,6 @@ ENOUGH = 5.0
 left at 6 (`CLASS_NATS`)."""
 LEAST_SHARE = float(np.sqrt(1.0 - CLASS_COSINE**2))
 """Share of a signal that must be its own for another name not to be of its class."""
-Readings = Mapping[tuple[str, str], float]
-"""Standard deviations with which parameters of effects, (effect, parameter), are measured by hand."""
 NO_READINGS: Readings = {}
 
 

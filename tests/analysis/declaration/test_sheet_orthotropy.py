@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.declaration.plate_material import DeclaredOrthotropy, Orthotropy, PlateMaterial
+from analysis.declaration.plate_material import DeclaredOrthotropy, PlateMaterial
+from analysis.material import Orthotropy
 
 SHEET = {"youngs_modulus_x": 3e9, "youngs_modulus_y": 3e9, "shear_modulus": 1e9}
 SPRUCE = {"youngs_modulus_x": 12.1e9, "youngs_modulus_y": 0.999e9, "shear_modulus": 0.798e9}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.declaration.plate_material import Orthotropy
+from analysis.material import Orthotropy
 from simulation.shell.rigidity import matrix, moduli, plane_stress_moduli, transverse
 
 
