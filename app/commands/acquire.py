@@ -80,7 +80,7 @@ def command(
     if declares_hammer_test(experiment):
         from app.commands.acquire_hammer import acquire_hits
 
-        _require_known(notify, notify_command, out)
+        _require_told(notify, notify_command, out)
 
         def beside(folder: Path) -> "AbstractContextManager[None]":
             return _watched(folder, watch, notify, notify_command, output)
@@ -90,7 +90,7 @@ def command(
     from app.files.declarations.experiment import read_acquired_experiment
 
     started = time.perf_counter()
-    _require_known(notify, notify_command, out)
+    _require_told(notify, notify_command, out)
     declared = read_acquired_experiment(experiment)
 
     from app.files.acquisition.same_experiment import require_ours
@@ -126,13 +126,12 @@ def command(
         raise click.exceptions.Exit(ending.status)
 
 
-def _require_known(notify: tuple[str, ...], notify_command: tuple[str, ...], out: Path | None) -> None:
+def _require_told(notify: tuple[str, ...], notify_command: tuple[str, ...], out: Path | None) -> None:
     """Refuse what the watcher would refuse, before anything begins; what only it can find out, it says itself."""
     if notify or notify_command:
-        from app.watch.notifiers import addresses, commands_of
+        from app.watch.notifiers import notifiers
 
-        addresses(notify, [] if out is None else [out])
-        commands_of(notify_command)
+        notifiers(notify, notify_command, [] if out is None else [out])
 
 
 @contextmanager

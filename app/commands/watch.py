@@ -1,18 +1,13 @@
 """``flexura watch``: a web page of running campaigns, and messages."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH, require_campaigns, telling_options
 from app.commands.output import Output, output_options
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from app.watch.notifiers import Notifier
 
 EXAMPLES = """\b
 Examples:
@@ -64,7 +59,7 @@ def command(
     with Ctrl-C; campaigns do not notice.
     """
     require_campaigns(campaigns, wait=wait)
-    from app.watch.notifiers import SecretError, page_token
+    from app.watch.notifiers import SecretError, notifiers, page_token
     from app.watch.server import is_loopback
     from app.watch.watcher import require_acquired
     from app.watch.watching import CampaignsProcess, Page, Watching
@@ -78,10 +73,10 @@ def command(
             f"--host {host}: others than this computer need a token; name its file, --token-file FILE, or set "
             "FLEXURA_WATCH_TOKEN"
         )
-    notifiers = _notifiers(notify, notify_command, campaigns)
+    told = notifiers(notify, notify_command, campaigns)
     started_by = CampaignsProcess() if beside else None
     complain = output.note if started_by is None else started_by.note
-    watching = Watching(campaigns, Page(host, port, token), notifiers, complain)
+    watching = Watching(campaigns, Page(host, port, token), told, complain)
     record: dict[str, Any] = {"url": watching.url, "campaigns": [str(one) for one in campaigns]}
     output.result(lambda: record | {"token": token is not None})
     needs = ", with its token" if token is not None else ""
@@ -89,17 +84,3 @@ def command(
     if started_by is not None:
         started_by.leave_streams()
     watching.run(started_by)
-
-
-def _notifiers(
-    notify: "Sequence[str]", notify_command: "Sequence[str]", campaigns: "Sequence[Path]"
-) -> "list[Notifier]":
-    """Return the notifiers, their addresses checked; SecretError for what is wrong with them."""
-    from app.watch.notifiers import AppriseNotifier, SecretError, addresses, commands_of
-
-    commands = commands_of(notify_command)
-    apprise = [AppriseNotifier(url, place) for place, url in enumerate(addresses(notify, campaigns), 1)]
-    for one in apprise:
-        if wrong := one.check():
-            raise SecretError(f"--notify: {one.name}: {wrong}")
-    return [*apprise, *commands]

@@ -152,13 +152,23 @@ def command_of(text: str) -> CommandNotifier:
     return CommandNotifier(tuple(words))
 
 
-def commands_of(given: Sequence[str]) -> list[CommandNotifier]:
-    """Return the commands of every ``--notify-command``; SecretError for one whose program cannot be run."""
-    found = [command_of(text) for text in given]
-    for one in found:
-        if wrong := one.check():
-            raise SecretError(f"--notify-command: {one.name}: {wrong}")
-    return found
+def notifiers(
+    notify: Sequence[str], notify_command: Sequence[str], campaigns: Iterable[Path]
+) -> "list[AppriseNotifier | CommandNotifier]":
+    """Return those of ``--notify`` and ``--notify-command``.
+
+    Raises
+    ------
+    SecretError
+        As from `addresses`; for an address that Apprise does not know, and a program that cannot be run.
+    """
+    commands = [command_of(text) for text in notify_command]
+    apprise = [AppriseNotifier(url, place) for place, url in enumerate(addresses(notify, campaigns), 1)]
+    for option, asked in (("--notify-command", commands), ("--notify", apprise)):
+        for one in asked:
+            if wrong := one.check():
+                raise SecretError(f"{option}: {one.name}: {wrong}")
+    return [*apprise, *commands]
 
 
 class Messenger:

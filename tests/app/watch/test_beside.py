@@ -11,7 +11,6 @@ import pytest
 
 from app.watch import beside
 from app.watch.beside import watched_beside
-from app.watch.notifiers import SecretError, commands_of
 from app.watch.watching import LONGEST_NOTE, MOST_NOTES
 
 ADDRESS = "print(json.dumps({'url': 'http://x/'}, indent=1), flush=True)\n"
@@ -68,26 +67,6 @@ def test_a_campaign_that_failed_is_not_held_up(watch: Watching) -> None:
 def test_a_watcher_that_ends_before_the_campaign_is_missed(watch: Watching) -> None:
     said = watch(ADDRESS, campaign=lambda: time.sleep(2.0))
     assert said == ["watched at http://x/", "the watcher has ended; nothing more is told of this campaign"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs modes")
-def test_a_command_that_cannot_be_run_is_refused_without_its_arguments(tmp_path: Path) -> None:
-    (tmp_path / "script").write_text("#!/bin/sh\n")
-    for program, said in (
-        ("no-such-program", "there is no such program"),
-        (str(tmp_path / "none"), "there is no such program"),
-        (str(tmp_path / "script"), "is not executable; allow it with chmod"),
-        (str(tmp_path), "is a folder"),
-    ):
-        with pytest.raises(SecretError, match=said) as raised:
-            commands_of([f"{program} --password secret"])
-        assert str(raised.value).startswith(f"--notify-command: {program}: ")
-        assert "secret" not in str(raised.value)
-    (tmp_path / "script").chmod(0o755)
-    assert [one.name for one in commands_of([str(tmp_path / "script"), "sh -c true"])] == [
-        str(tmp_path / "script"),
-        "sh",
-    ]
 
 
 NOTING = """

@@ -103,6 +103,26 @@ def test_what_is_to_be_tried_again_is_known_after_the_first_attempt() -> None:
     assert messenger.untold() == []
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs modes")
+def test_a_command_that_cannot_be_run_is_refused_without_its_arguments(tmp_path: Path) -> None:
+    (tmp_path / "script").write_text("#!/bin/sh\n")
+    for program, said in (
+        ("no-such-program", "there is no such program"),
+        (str(tmp_path / "none"), "there is no such program"),
+        (str(tmp_path / "script"), "is not executable; allow it with chmod"),
+        (str(tmp_path), "is a folder"),
+    ):
+        with pytest.raises(SecretError, match=said) as raised:
+            notifiers.notifiers([], [f"{program} --password secret"], [])
+        assert str(raised.value).startswith(f"--notify-command: {program}: ")
+        assert "secret" not in str(raised.value)
+    (tmp_path / "script").chmod(0o755)
+    assert [one.name for one in notifiers.notifiers([], [str(tmp_path / "script"), "sh -c true"], [])] == [
+        str(tmp_path / "script"),
+        "sh",
+    ]
+
+
 def test_of_many_that_wait_the_oldest_are_dropped() -> None:
     ready, told = threading.Event(), []
 
@@ -145,7 +165,8 @@ def test_apprise_tells_a_web_hook_on_this_computer(tmp_path: Path) -> None:
         server.shutdown()
     assert [(one["title"], one["message"]) for one in posted] == [(NEWS.title, NEWS.text)]
     assert AppriseNotifier("json://127.0.0.1:9/", 1).tell(NEWS) == "was not delivered"
-    assert "no such address" in AppriseNotifier("nonsense://x", 1).check()
+    with pytest.raises(SecretError, match=r"^--notify: nonsense \(address 2\): Apprise knows no such address$"):
+        notifiers.notifiers(["json://127.0.0.1:9/", "nonsense://x"], [], [])
 
 
 def test_without_apprise_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
