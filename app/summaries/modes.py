@@ -255,8 +255,8 @@ def rows(sweep: Record) -> list[tuple[str, ...]]:
             (
                 f"{pair['measured_hz']:.1f}",
                 f"{pair['computed_hz']:.1f}",
-                f"{100 * pair['difference']:+.2f}",
-                "" if pair["difference_sigma"] is None else f"{pair['difference_sigma']:+.1f}",
+                f"{100 * pair['difference']:+z.2f}",
+                "" if pair["difference_sigma"] is None else f"{pair['difference_sigma']:+z.1f}",
                 f"{pair['damping']:.2f}",
                 f"{pair[kind]:.2f}",
                 "–" if not pair["strong"] else "yes" if pair["matched"] else "no",
