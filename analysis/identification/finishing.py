@@ -16,6 +16,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
+from analysis.identification.judgement.resolution import half_distances
 from analysis.identification.judgement.status import judge
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
@@ -284,7 +285,10 @@ def judged(
         spread = np.array([every[j : j + 2, j : j + 2] for j in range(0, len(every), 2)]).reshape(-1, 2, 2)
         more = np.sqrt(variance_factors(lines, last, left))
         spread = spread * more[:, :, None] * more[:, None, :]
-    status, reason = judge(lines, last, settings.mains, spread, left)
+    apart = half_distances(lines, last, left)
+    status, reason = judge(lines, last, settings.mains, spread, apart)
+    relative = np.stack([apart / np.abs(last.poles), apart / -last.poles.real])
+    spread = spread + (relative**2).T[:, :, None] * np.eye(2)
     order = np.argsort(last.poles.imag)
     modes = Modes(
         poles=last.poles[order],

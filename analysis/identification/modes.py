@@ -46,7 +46,7 @@ class PoleReading:
 
 STATUSES = ("kept", "weak", "computational", "harmonic")
 CONFIRMATIONS = ("confirmed", "unconfirmed")
-NOISE_LEFT = "times the noise is left at its peak"
+NOT_ONE = "perhaps not one mode"
 """Words in the reason of a mode which one pole does not describe."""
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.modes import NOISE_LEFT, Damping, Modes, PoleReading
+from analysis.identification.modes import NOT_ONE, Damping, Modes, PoleReading
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.files.results.pairing_json import shown
 from app.summaries.numbers import span, sweeps
@@ -127,7 +127,7 @@ def _status(mode: dict[str, Any]) -> str:
     if words not in ("kept", "kept, confirmed"):
         words += f": {mode['reason']}"
     # what speaks for a mode that is kept stands in modes.csv; what speaks against its numbers is said here, too
-    elif doubt := next((part for part in mode["reason"].split("; ") if NOISE_LEFT in part), ""):
+    elif doubt := next((part for part in mode["reason"].split("; ") if NOT_ONE in part), ""):
         words += f"; {doubt}"
     return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"
 

@@ -1,4 +1,4 @@
-"""Pairs of poles that are one mode, whatever an information criterion says.
+"""Pairs of poles that are one mode, whatever an information criterion says, and poles that stand for two modes.
 
 A window smooths an FRF, and a resonance that rings longer than the record leaks into the lines around it. Both
 look like further poles, within two lines or beside a narrow peak. Lines of a response that was recorded without a
@@ -6,6 +6,7 @@ window until it was at rest are exact: there two frequencies may be closer than 
 
 Two poles at a distance D with residues Q and R differ from one pole between them by QR/(Q + R) D^2/(s - lambda)^3.
 A resonance that moves while it is measured, or is slightly nonlinear, differs from a steady one in the same way.
+Where a fit leaves this shape, its size tells how far two modes may be apart that the lines do not separate.
 
 Two poles may also stand for one mode whose frequency differs between FRFs measured one after the other.
 A structure that warms up, dries or is touched between the hits of a roving hammer has another frequency in every
@@ -14,11 +15,12 @@ own in every FRF, with four parameters fewer. At the second order the two differ
 """
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import COMPLEX_E_F_G, NONE, synthesis
-from analysis.identification.pole_search import fit, project
+from analysis.identification.pole_search import PoleFit, fit, project
 
 HALF_WIDTHS_COMPARED = 10.0
 """Lines compared, in half widths on either side: beyond, both models are the same."""
@@ -176,3 +178,60 @@ def _like_one(lines: Lines, pair: NDArray[np.complex128], residues: NDArray[np.c
     spacing = float(lines.spacing_at(pair.imag.mean() / (2.0 * np.pi)))
     least = SMALLEST_DIFFERENCE + moved**2 + 1.25 * moved * spacing / half_width
     return bool(difference < least * np.linalg.norm(together))
+
+
+LEAST_PEAKED = 20.0
+"""Power of the shape that two modes leave, over that of what else is left there, from which it is theirs.
+
+Errors in proportion to the response leave 1 to 5, a neighbour of two modes 5 to 13."""
+
+LEAST_APART = 0.3
+"""Distance of two modes from the pole between them, in half widths, from which they leave other shapes, too."""
+
+BY_CHANCE = 1e-5
+"""Probability with which noise leaves as much of the shape."""
+
+FEWEST_AT_PEAK = 8
+"""Lines that the shape is looked for in, at least."""
+
+
+def half_distances(lines: Lines, fitted: PoleFit, left: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Distance from each pole to either of two modes that it may stand for, (J,) rad/s; 0 for a single mode.
+
+    Two modes alike at +- D leave R D^2/(s - pole)^3, less what the residue R and the pole take up of it.
+
+    Parameters
+    ----------
+    lines : Lines
+        K FRFs.
+    fitted : PoleFit
+        Of J poles.
+    left : (K, F) complex ndarray
+        Residual of the fit.
+    """
+    residues = fitted.projection.residues.T
+    found = [_half_distance(lines, *one, left) for one in zip(fitted.poles, residues, strict=True)]
+    return np.array(found, dtype=float)
+
+
+def _half_distance(
+    lines: Lines, pole: complex, residue: NDArray[np.complex128], left: NDArray[np.complex128]
+) -> float:
+    away = np.abs(lines.s.imag - pole.imag)
+    near = away <= max(HALF_WIDTHS_COMPARED * -pole.real, np.sort(away)[min(FEWEST_AT_PEAK, len(away)) - 1])
+    if near.sum() < FEWEST_AT_PEAK or not residue.any():
+        return 0.0
+    r, weight = left[:, near] / lines.deviation[:, near], 1.0 / lines.deviation[:, near]
+    powers = (lines.s[near] - pole)[:, None] ** -np.arange(1.0, 4.0)  # residue, pole, two modes
+    q, upper = np.linalg.qr(weight[:, :, None] * powers)
+    taken = np.einsum("kfp,kf->kp", q.conj(), r)
+    explained, size = np.abs(taken[:, 2]), np.abs(q[:, :, 2]) ** 2
+    power = float((explained**2).sum()) / lines.redundancy
+    if power <= scipy.special.gammainccinv(len(r), BY_CHANCE):
+        return 0.0
+    other = np.abs(r - np.einsum("kfp,kp->kf", q, taken)) ** 2
+    other /= np.maximum(1.0 - (np.abs(q) ** 2).sum(-1), 0.1)  # a line draws what is fitted to itself
+    product = np.abs(residue) @ (explained / np.abs(upper[:, 2, 2]))
+    apart = float(np.sqrt(product)) / float(np.linalg.norm(residue))
+    peaked = (explained**2).sum() * size.sum() > LEAST_PEAKED * len(r) * (size * other).sum()
+    return apart if peaked or apart > LEAST_APART * -pole.real else 0.0

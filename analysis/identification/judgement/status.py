@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import roughness
 from analysis.identification.judgement.resolution import heights, unresolved
 from analysis.identification.lines import Lines, running_median
-from analysis.identification.modes import NOISE_LEFT
+from analysis.identification.modes import NOT_ONE
 from analysis.identification.order import pole_penalty, support
 from analysis.identification.pole_search import PoleFit
 
@@ -23,12 +23,7 @@ UNRESOLVED = "too close to a taller peak for the lines to separate them, or its 
 
 POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
 
-NOT_ONE_POLE = f"; {{:.2g}} {NOISE_LEFT}: more than one mode, or one that changed meanwhile: σ is too small"
-
-LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
-"""Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not
-describe a peak, and values needed to say so. Noise alone reaches it in five values with a probability of 1e-5, and
-three repeats tell its standard deviation within a tenth."""
+NOT_ONE_POLE = f"; {NOT_ONE}: two, {{:.2g}} Hz apart, or one that changed meanwhile (σ covers both)"
 
 OUTSTANDING_DAMPING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
@@ -46,7 +41,7 @@ def judge(
     fitted: PoleFit,
     mains: float | None,
     spread: NDArray[np.float64],
-    left: NDArray[np.complex128],
+    apart: NDArray[np.float64],
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Status and reason of every pole of a fit.
 
@@ -60,8 +55,8 @@ def judge(
         Mains frequency, Hz.
     spread : (J, 2, 2) ndarray
         Covariance of every pole's log |pole| and log damping ratio.
-    left : (K, F) complex ndarray
-        Residual of the fit.
+    apart : (J,) ndarray
+        As `half_distances` gives it.
 
     Returns
     -------
@@ -72,7 +67,7 @@ def judge(
     share, least = _shares(lines, fitted)
     lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
     limit = _damping_limit(lines, fitted)
-    remark = _said_of_peaks(lines, fitted.poles, left)
+    remark = [NOT_ONE_POLE.format(one / np.pi) if one else "" for one in apart]
     shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
@@ -110,18 +105,6 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
             noise = np.sqrt((lines.deviation[:, near] ** 2).sum(0).mean()) / size
             least[j] = np.clip(noise, *SMALLEST_SHARE)
     return share, least
-
-
-def _said_of_peaks(lines: Lines, poles: NDArray[np.complex128], left: NDArray[np.complex128]) -> list[str]:
-    """Remark on every peak where the residual is larger than noise may be, else nothing."""
-    said = []
-    for pole in poles:
-        band = (pole.imag + pole.real * np.array([1.0, -1.0])) / (2.0 * np.pi)
-        near = slice(*np.searchsorted(lines.frequency, band))
-        ratio = np.abs(left[:, near] / lines.deviation[:, near])
-        excess = float(np.sqrt(np.mean(ratio**2))) if ratio.size >= FEWEST_AT_PEAK else 0.0
-        said.append(NOT_ONE_POLE.format(excess) if excess > LEFT_AT_PEAK else "")
-    return said
 
 
 def _verdict(
