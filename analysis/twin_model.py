@@ -4,7 +4,7 @@ A twin with some effects fixed at given values, and some declared quantities tak
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Protocol, Self
 
@@ -55,6 +55,11 @@ class Linearisation:
     by_temperature: Complex
     by_parameter: Complex
 
+    def only_channels(self, channels: Sequence[int]) -> "Linearisation":
+        """Return that of some of the channels."""
+        kept = list(channels)
+        return Linearisation(**{one.name: getattr(self, one.name)[..., kept, :] for one in fields(self)})
+
 
 @dataclass(frozen=True)
 class ModalParts:
@@ -79,6 +84,10 @@ class ModalParts:
         """Derivatives (M, K, F) by relative shifts a of frequencies; i times them by b, half of loss factors."""
         square = (2.0 * np.pi * self.frequency) ** 2
         return np.asarray(-2.0 * (self.poles[:, None] / (self.poles[:, None] - square))[:, None] * self.parts)
+
+    def only_channels(self, channels: Sequence[int]) -> "ModalParts":
+        """Return those of some of the channels."""
+        return replace(self, parts=self.parts[:, list(channels)])
 
 
 class TwinModel(Protocol):

@@ -11,6 +11,7 @@ of which the first part depends on no model. The spline's coefficients are used 
 then W'OW is banded, and so is the Cholesky factor that turns c - H into independent numbers of unit variance.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -178,6 +179,12 @@ class CompressedSweep:
         for offset in range(1, DEGREE + 1):
             white[..., : n - offset] += factor[:, DEGREE - offset, offset:] * coefficients[..., offset:]
         return white
+
+    def only_channels(self, channels: Sequence[int]) -> "CompressedSweep":
+        """Return the same sweep with some of its channels."""
+        kept = list(channels)
+        by_channel = ("coefficients", "factor", "chi2_within", "power_within")
+        return replace(self, **{name: getattr(self, name)[kept] for name in by_channel})
 
     def rescaled(self, ratio: Real) -> "CompressedSweep":
         """Return the same sweep with the variance of each channel multiplied by `ratio` (K,)."""

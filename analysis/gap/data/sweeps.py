@@ -72,6 +72,11 @@ class LineWeights:
         ) * self.direction
         return found
 
+    def only_channels(self, channels: Sequence[int]) -> "LineWeights":
+        """Return those of some channels."""
+        kept = list(channels)
+        return LineWeights(self.direction[:, kept], self.along[:, kept], self.across[:, kept])
+
     def only(self, sweeps: Sequence[int]) -> "LineWeights":
         """Return those of some sweeps."""
         kept = list(sweeps)
@@ -109,6 +114,8 @@ class GapSweeps:
     weights : LineWeights
         Below 1 where the twin is expected to differ from the plate by more than the noise, see
         `analysis.gap.imperfect`.
+    heard : tuple of int
+        Which of the twin's channels these are; all where it is empty.
     """
 
     nodes: Nodes
@@ -125,6 +132,7 @@ class GapSweeps:
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
     weights: LineWeights = field(repr=False)
+    heard: tuple[int, ...] = ()
 
     @property
     def count(self) -> int:
@@ -222,6 +230,18 @@ class GapSweeps:
     def only_groups(self, groups: Sequence[int]) -> "GapSweeps":
         """Return all sweeps of some of the groups."""
         return self.only(np.flatnonzero(np.isin(self.groups.of_sweep, np.asarray(groups))).tolist())
+
+    def only_channels(self, channels: Sequence[int]) -> "GapSweeps":
+        """Return the same sweeps with some of the twin's channels, of all of which these are."""
+        kept = list(channels)
+        return replace(
+            self,
+            channels=tuple(self.channels[k] for k in kept),
+            compressed=tuple(one.only_channels(kept) for one in self.compressed),
+            rows=self.rows[:, kept],
+            weights=self.weights.only_channels(kept),
+            heard=tuple(kept),
+        )
 
     def masked(self, rows: NDArray[np.bool_]) -> "GapSweeps":
         """Return the same sweeps with only `rows` (broadcast to (T, K, n)) taking part."""

@@ -339,7 +339,8 @@ def _linearised(
     # errors of the slopes about the oven's own temperature change only the effects that use them (lag, gradient);
     # about the group's reference they would be collinear with errors of the readings
     near = laws[group].tilted(state.tilt[group], state.bend[group], moved.temperature)
-    return model.linearise(near, sweeps.nodes.frequency, state.on, moved, tangents)
+    line = model.linearise(near, sweeps.nodes.frequency, state.on, moved, tangents)
+    return line.only_channels(sweeps.heard) if sweeps.heard else line
 
 
 def _whitened(line: Linearisation, sweeps: GapSweeps, sweep: int, state: GapState, part: slice) -> WhitenedSweep:

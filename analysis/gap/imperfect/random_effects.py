@@ -169,7 +169,8 @@ class RandomEffects:
             model.modal_parts(laws[group], sweeps.nodes.frequency, state.on, point)
             for group, point in zip(sweeps.groups.of_sweep, points, strict=True)
         )
-        return cls(linear, sweeps, found)
+        heard = sweeps.heard
+        return cls(linear, sweeps, tuple(one.only_channels(heard) for one in found) if heard else found)
 
     def here(self) -> JudgedSet:
         """Judge the effects that are on."""

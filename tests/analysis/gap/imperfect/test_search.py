@@ -73,3 +73,32 @@ def test_modes_that_scatter_explain_a_gap_as_well_as_effects_that_are_not_there(
     assert said(0.0, None) == ""
     context, baseline = scattered(3, 0.003, 0.015)
     assert doubt_of_scatter(context, baseline, baseline, {"taper": Surety(200.0, {}, (), 0.95)}) == ""
+
+
+def test_a_part_of_the_channels_is_searched_and_all_are_fitted(scattered, monkeypatch):
+    context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}})
+    whole = ImperfectSearch(context, baseline).run()
+    monkeypatch.setattr(search, "MOST_SEARCHED", len(context.sweeps.channels) - 1)
+    partly = ImperfectSearch(context, baseline)
+    assert len(partly.plain.sweeps.channels) == len(context.sweeps.channels) - 1
+    found = partly.run()
+    assert found.final.effects == whole.final.effects == ("taper",)
+    for one, other in ((found.baseline, whole.baseline), (found.final, whole.final)):
+        assert one.fit.predicted.shape == other.fit.predicted.shape
+        apart = one.fit.state.laws - other.fit.state.laws
+        assert np.abs(apart / other.fit.stated.laws).max() < 1.0
+    sigma = dict(zip((p for _, p in found.final.fit.free.names), found.final.fit.stated.parameters, strict=True))
+    sizes = [one.final.fit.state.effects["taper"]["tx"] for one in (found, whole)]
+    assert abs(sizes[0] - sizes[1]) < sigma["tx"]
+    assert found.gains["taper"] > 10.0
+
+
+def test_the_channels_that_are_searched_tell_all_there_is(scattered, monkeypatch):
+    """Copies of a channel tell nothing new: one of each is heard."""
+    context, baseline = scattered(3, 0.003, 0.015)
+    count = len(context.sweeps.channels)
+    sweeps = context.sweeps.only_channels([k for k in range(count) for _ in range(3)])
+    monkeypatch.setattr(search, "MOST_SEARCHED", count)
+    heard = search._telling(sweeps, np.repeat(baseline.predicted, 3, axis=1))
+    assert [k // 3 for k in heard] == list(range(count))
+    assert search._telling(context.sweeps, baseline.predicted) is None
