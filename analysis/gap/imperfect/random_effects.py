@@ -158,6 +158,8 @@ class RandomEffects:
     sweeps: GapSweeps
     parts: tuple[ModalParts, ...] = field(repr=False)
     _levels: dict[int, _Level] = field(repr=False, default_factory=dict)
+    _marginals: dict[tuple[float, ...], tuple[Real, float]] = field(repr=False, default_factory=dict)
+    """Equations of all columns without the random effects, at the error and scatter that were screened last."""
 
     @classmethod
     def of(cls, linear: LinearisedSweeps, sweeps: GapSweeps) -> Self:
@@ -186,6 +188,11 @@ class RandomEffects:
 
     def screened(self, name: str, site: Values, near: JudgedSet, left_out: Collection[str] = ()) -> JudgedSet:
         """Judge one effect more, at a site, at the scatter that another set leaves."""
+        at = near.place, *near.modes.tolist()
+        if at not in self._marginals:  # common to all effects and sites
+            level = self._level(near.place)
+            self._marginals.clear()
+            self._marginals[at] = self._marginal(level, np.arange(len(level.matrix)), near.modes)
         return self._inside(self._set(left_out, (name, site)), near.modes, near.place)
 
     def with_effect(self, name: str, site: Values, near: JudgedSet, left_out: Collection[str] = ()) -> JudgedSet:
@@ -300,22 +307,17 @@ class RandomEffects:
     def _evidence(self, wanted: _Set, logs: Real, place: int) -> tuple[float, Real]:
         """Log evidence at some variances, and the step of all unknowns."""
         level, left = self._level(place), len(self._local[0])
-        columns = [left + one.column for one in wanted.fitted]
-        used = np.concatenate([np.arange(left), left + self._driven, columns]).astype(int)
-        matrix, pull, chi2 = level.matrix[np.ix_(used, used)], level.matrix[used, -1], level.matrix[-1, -1]
-        size, apart = len(level.matrix), 4 * self._modes
-        by_residue = level.by_residue[..., [*used, *range(size - 1, size + apart)]]
-        by_pole = level.by_pole[:, [*used, -1]]
-        if wanted.absent:
-            gone = np.array([left + column for column, _ in wanted.absent])
-            back = np.array([value for _, value in wanted.absent])
-            chi2 = chi2 + 2.0 * back @ level.matrix[gone, -1] + back @ level.matrix[np.ix_(gone, gone)] @ back
-            pull = pull + level.matrix[np.ix_(used, gone)] @ back
-            by_residue[..., len(used)] += level.by_residue[..., gone] @ back
-            by_pole[:, -1] += level.by_pole[:, gone] @ back
-        taken, spread = self._integrated(level, by_residue, by_pole, logs)
-        whole = np.maximum(np.diag(matrix), 1e-300)
-        matrix, pull, chi2 = matrix - taken[:-1, :-1], pull - taken[:-1, -1], chi2 - taken[-1, -1]
+        gone = [left + column for column, _ in wanted.absent]
+        used = [*range(left), *(left + self._driven), *(left + one.column for one in wanted.fitted)]
+        columns, count = np.array([*used, *gone, len(level.matrix) - 1]), len(used)
+        shared = self._marginals.get((place, *logs.tolist()))
+        if shared is None:
+            reduced, spread = self._marginal(level, columns, logs)
+        else:
+            reduced, spread = shared[0][np.ix_(columns, columns)], shared[1]
+        back = np.array([*np.zeros(count), *(value for _, value in wanted.absent), 1.0])
+        matrix, pull, chi2 = reduced[:count, :count], reduced[:count] @ back, float(back @ reduced @ back)
+        whole = np.maximum(np.diag(level.matrix)[used], 1e-300)
         now, known = self._local
         free = np.zeros(len(self._driven))
         values = np.array([one.value for one in wanted.fitted])
@@ -345,23 +347,23 @@ class RandomEffects:
         prior = 2.0 * float(sum(np.log(card.sigma) for card in cards))
         return -0.5 * (total + volume + prior + spread + level.penalty), step
 
-    def _integrated(self, level: _Level, by_residue: Complex, by_pole: Real, logs: Real) -> tuple[Real, float]:
-        """Integrate over the random effects: what they take from the equations, and their log determinant."""
+    def _marginal(self, level: _Level, columns: NDArray[np.int_], logs: Real) -> tuple[Real, float]:
+        """Integrate over the random effects: equations of some columns without them, and their log determinant."""
         a, b, c = np.exp(logs)
-        with_temperature, modes = np.array([1.0, WITH_TEMPERATURE]), self._modes
+        with_temperature, modes, size = np.array([1.0, WITH_TEMPERATURE]), self._modes, len(level.matrix)
         root = np.repeat(np.sqrt(0.5) * c * with_temperature, modes)
         factor = np.linalg.cholesky(np.eye(2 * modes) + root[:, None] * level.residues * root)
+        by_residue = level.by_residue[..., [*columns, *range(size, size + 4 * modes)]]
         residue = np.linalg.solve(factor, root[:, None] * by_residue)
         spread = 4.0 * float(np.log(np.diagonal(factor, axis1=-2, axis2=-1).real).sum())  # of both parts
         flat = _real(np.asarray(np.moveaxis(residue, -1, 0), complex))
-        products = flat @ flat.T
-        first = len(products) - 4 * modes
+        products, first = flat @ flat.T, len(columns)
         taken, turned, own = products[:first, :first], products[first:, :first], products[first:, first:]
         root = np.repeat(np.outer(with_temperature, [a, b]).ravel(), modes)
         lower = cho_factor(np.eye(4 * modes) + root[:, None] * (level.poles - own) * root, lower=True)
-        solved = solve_triangular(lower[0], root[:, None] * (by_pole - turned), lower=True)
+        solved = solve_triangular(lower[0], root[:, None] * (level.by_pole[:, columns] - turned), lower=True)
         spread += 2.0 * float(np.log(np.diag(lower[0])).sum())
-        return taken + solved.T @ solved, spread
+        return level.matrix[np.ix_(columns, columns)] - taken - solved.T @ solved, spread
 
     @cached_property
     def _local(self) -> tuple[Real, Real]:

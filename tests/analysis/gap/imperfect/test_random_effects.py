@@ -71,6 +71,21 @@ def test_evidence_is_a_joint_normal_density(judged):
     assert ours[0] - ours[1] == pytest.approx(dense[0] - dense[1], abs=0.02)
 
 
+@pytest.mark.parametrize("left_out", [(), ("taper",)])
+def test_what_effects_have_in_common_is_integrated_once(scattered, left_out):
+    context, fit = scattered(3, 0.003, 0.015)
+    on = {"taper": {**context.model.cards["taper"].zero({}), "tx": 0.02}}
+    linear = LinearisedSweeps.of(context.model, context.sweeps, fit.state.with_effects(on), context.executor)
+    judged, alone = (RandomEffects.of(linear, context.sweeps) for _ in range(2))
+    here = judged.here()
+    for name in ("stretch", "drift"):
+        one = judged.screened(name, {}, here, left_out)
+        other = alone._inside(alone._set(left_out, (name, {})), here.modes, here.place)
+        assert one.evidence == pytest.approx(other.evidence, abs=1e-6)
+        assert one.values == pytest.approx(other.values, rel=1e-6)
+    assert not alone._marginals
+
+
 def test_the_scatter_drawn_is_found(scattered):
     found = []
     for seed in range(2, 8):
