@@ -16,7 +16,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.judgement.resolution import half_distances
+from analysis.identification.judgement.resolution import half_distances, lines_near
 from analysis.identification.judgement.status import judge
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
@@ -163,8 +163,7 @@ def variance_factors(lines: Lines, last: PoleFit, left: NDArray[np.complex128]) 
         return factors
     found: dict[int, _Pole] = {}
     for j, (pole, residue) in enumerate(zip(last.poles, last.projection.residues.T, strict=True)):
-        away = np.abs(lines.s.imag - pole.imag)
-        near = away <= max(HALF_WIDTHS_USED * -pole.real, np.sort(away)[min(FEWEST_LINES, len(away)) - 1])
+        near = lines_near(lines, pole, HALF_WIDTHS_USED, FEWEST_LINES)
         shape = 1.0 / (lines.s[near] - pole) / lines.deviation[:, near]
         if (np.abs(residue) > 0.0).all():
             found[j] = _Pole.of(shape, residue, lines.s[near] - pole, normalised[:, near] / size, lines.redundancy)

@@ -35,6 +35,12 @@ MOST_STEPS = 8
 """Most steps of the search for the pole of one FRF, which starts between the two."""
 
 
+def lines_near(lines: Lines, pole: complex, half_widths: float, fewest: int) -> NDArray[np.bool_]:
+    """Tell the lines (F,) within some half widths of a pole, and the nearest ones where these are fewer."""
+    away = np.abs(lines.s.imag - pole.imag)
+    return np.asarray(away <= max(half_widths * -pole.real, np.sort(away)[min(fewest, len(away)) - 1]))
+
+
 def one_that_moves(
     lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np.complex128], group: NDArray[np.intp]
 ) -> bool:
@@ -54,10 +60,7 @@ def one_that_moves(
     if count < 2 or lines.together:
         return False
     shared_poles = poles[group]
-    away = np.abs(2.0 * np.pi * lines.frequency - shared_poles.imag.mean())
-    near = away <= max(
-        HALF_WIDTHS_COMPARED * -shared_poles.real.mean(), np.sort(away)[min(FEWEST_LINES, len(away)) - 1]
-    )
+    near = lines_near(lines, complex(shared_poles.mean()), HALF_WIDTHS_COMPARED, FEWEST_LINES)
     f, others = lines.frequency[near], np.delete(np.arange(len(poles)), group)
     none = np.zeros((count, 0), complex)
     h = lines.h[:, near] - synthesis(f, poles[others], residues[:, others], NONE, none)
@@ -217,8 +220,7 @@ def half_distances(lines: Lines, fitted: PoleFit, left: NDArray[np.complex128]) 
 def _half_distance(
     lines: Lines, pole: complex, residue: NDArray[np.complex128], left: NDArray[np.complex128]
 ) -> float:
-    away = np.abs(lines.s.imag - pole.imag)
-    near = away <= max(HALF_WIDTHS_COMPARED * -pole.real, np.sort(away)[min(FEWEST_AT_PEAK, len(away)) - 1])
+    near = lines_near(lines, pole, HALF_WIDTHS_COMPARED, FEWEST_AT_PEAK)
     if near.sum() < FEWEST_AT_PEAK or not residue.any():
         return 0.0
     r, weight = left[:, near] / lines.deviation[:, near], 1.0 / lines.deviation[:, near]
