@@ -102,6 +102,10 @@ class Parameter:
         return self.shape or self.declared or away <= USUAL
 
 
+PLACE = frozenset({"x", "y"})
+"""Shapes of an effect that may be anywhere on the plate, m."""
+
+
 @dataclass(frozen=True)
 class EffectCard:
     """A candidate for what a twin lacks.
@@ -122,6 +126,9 @@ class EffectCard:
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
     closer_sites : tuple of mapping
         Places closer together, for changes too large to be searched from `sites`; empty where those do.
+    at_a_place : tuple of mapping
+        Values of the other shapes of an effect with a place, from which it is searched where another effect
+        stands; empty for those of `sites`.
     after : str
         Effect that must be on before this one is a candidate: its first of two alike; empty for all others.
     form : float
@@ -148,6 +155,7 @@ class EffectCard:
     title: str = ""
     phrase: str = ""
     closer_sites: tuple[Values, ...] = ()
+    at_a_place: tuple[Values, ...] = ()
     after: str = ""
     form: float = 0.0
     levels: int = 1
@@ -169,6 +177,12 @@ class EffectCard:
                 raise ValueError(
                     f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}"
                 )
+        for one in self.at_a_place:
+            if set(one) != shapes - PLACE or not self.placed:
+                raise ValueError(
+                    f"effect {self.name}: at a place {dict(one)} must give exactly the shapes "
+                    f"{sorted(shapes - PLACE)}, and x and y must be shapes"
+                )
 
     @property
     def said(self) -> str:
@@ -179,6 +193,11 @@ class EffectCard:
     def amplitudes(self) -> tuple[Parameter, ...]:
         """The parameters that are zero where the effect is absent."""
         return tuple(p for p in self.parameters if not p.shape)
+
+    @property
+    def placed(self) -> bool:
+        """Whether it may be anywhere on the plate."""
+        return {p.name for p in self.parameters if p.shape} >= PLACE
 
     def zero(self, site: Values | None = None) -> dict[str, float]:
         """Return values at which the effect is absent: amplitudes zero, shapes of `site` or typical."""

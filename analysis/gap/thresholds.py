@@ -158,6 +158,10 @@ SWAPS_REFITTED = 2
 CLASS_NATS = 3.0
 """Difference in log evidence, nats (a factor of twenty), up to which candidates count as not distinguished."""
 
+LIKELIER = 1.0
+"""Nats, reduced for the twin's own error, by which another effect has to be better to be named instead: more than
+fits of one set differ by. With `CLASS_NATS` a spot was named for a resonator 11 nats, 3 reduced, above it."""
+
 CLASS_COSINE = 0.95
 """Candidates whose signal has this cosine with the best one's are confounded with it, whatever the evidence: other
 model errors of a tenth could exchange them."""

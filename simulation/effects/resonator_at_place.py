@@ -13,6 +13,8 @@ from simulation.state.plate_state import Attached, Circumstances, PlateState
 PLACES, RESONANCES = 12, 6
 """Places and resonances, about, from which a search starts: at every place one in each part of the band."""
 START_LOSS = 0.1  # of the springs from which a search starts: wide enough to be seen from one of the resonances
+LOSSES = (0.03, 0.1, 0.4)
+"""Of the springs that are tried where another effect stands."""
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -35,6 +37,11 @@ def card(experiment: Experiment) -> EffectCard:
             {"x": float(x), "y": float(y), "resonance": float(f), "loss": START_LOSS}
             for x, y in places
             for f in np.geomspace(low, high, RESONANCES)
+        ),
+        at_a_place=tuple(
+            {"resonance": float(f), "loss": loss}
+            for f in np.geomspace(low, 1.3 * high, RESONANCES + 1)
+            for loss in LOSSES
         ),
         title="undeclared resonator",
         phrase="a mass of {mass} on a spring (resonance {resonance}, loss factor {loss}) at x {x}, y {y}",

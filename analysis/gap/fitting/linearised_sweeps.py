@@ -10,6 +10,7 @@ from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, WhitenedSweep, channel_blocks, whiten_all
+from analysis.gap.fitting.sites import sites_beside
 from analysis.gap.fitting.state import GapState
 from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
@@ -76,9 +77,10 @@ class LinearisedSweeps:
         """
         known = {**model.tolerance_cards, **model.cards}
         tangents: list[Tangent] = [(n, p.name, state.on[n]) for n in state.on for p in known[n].parameters]
-        for name, card in model.cards.items():
-            if name not in state.on and (candidates is None or name in candidates):
-                tangents += [(name, p.name, card.zero(site)) for site in card.sites for p in card.amplitudes]
+        for name, sites in sites_beside(model.cards, state.on).items():
+            if candidates is None or name in candidates:
+                card = model.cards[name]
+                tangents += [(name, p.name, card.zero(site)) for site in sites for p in card.amplitudes]
         white = whiten_all(model, sweeps, state, tangents, executor)
         first = GLOBAL + len(state.log_gain)
         return cls(

@@ -21,6 +21,7 @@ from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
 from analysis.gap.fitting.linearised_sweeps import LinearisedSweeps
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
+from analysis.gap.fitting.sites import sites_beside
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.imperfect.random_effects import JudgedSet, RandomEffects
@@ -352,11 +353,12 @@ class _Neighbours:
         kept, screened = self.at.fit.state, {}
         for name in left_out:
             kept = kept.without(name)
-        for name in only or cards:
+        starts = sites_beside(cards, self.at.fit.state.effects)
+        for name in only or starts:
             card = cards[name]
-            if name in self.at.effects or name in blind or (card.after and card.after not in on):
+            if name in blind or (card.after and card.after not in on):
                 continue
-            sites = [(self.judged.screened(name, site, near, left_out), site) for site in card.sites]
+            sites = [(self.judged.screened(name, site, near, left_out), site) for site in starts[name]]
             screened[name] = max(sites, key=lambda one: one[0].evidence)
         found = []
         for place, name in enumerate(sorted(screened, key=lambda name: -screened[name][0].evidence)):
@@ -364,7 +366,7 @@ class _Neighbours:
             if place < TRIED:
                 one = self.judged.with_effect(name, site, near, left_out)
             amplitudes = dict(zip((p.name for p in card.amplitudes), one.values, strict=True))
-            gain = one.evidence - float(np.log(len(card.sites))) - self.here.evidence
+            gain = one.evidence - float(np.log(len(starts[name]))) - self.here.evidence
             state = replace(kept, effects={**kept.effects, name: {**card.zero(site), **amplitudes}})
             found.append((name, _Trial(state, gain)))
         return sorted(found, key=lambda one: -one[1].gain)

@@ -48,6 +48,10 @@ class FitCache:
         """Store the fit of `effects`."""
         self._fits[frozenset(effects)] = fit
 
+    def forget(self, effects: Iterable[str]) -> GapFit | None:
+        """Remove and return the fit of `effects`; None if there is none."""
+        return self._fits.pop(frozenset(effects), None)
+
     def first_without(self, effects: Iterable[str], name: str) -> bool:
         """Whether `effects` are asked for the first time as those that are left without another one."""
         left = (frozenset(effects), name)
@@ -125,6 +129,14 @@ class SearchContext:
             return known
         self.fits.keep(names, again)
         return again
+
+    def set_aside(self, effects: Sequence[str], enough: float) -> GapFit | None:
+        """Forget and return a fit whose log evidence is below `enough`, to fit anew from elsewhere."""
+        known = self.fits.known(effects)
+        if known is None or known.log_evidence >= enough:
+            return None
+        self.fits_at_few.forget(effects)
+        return self.fits.forget(effects)
 
     def attempt(
         self,

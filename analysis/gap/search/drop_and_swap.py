@@ -9,8 +9,8 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.confidence import unknown_evidence
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import Refit, absent, first_order, refit
-from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.thresholds import BEHIND, CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
+from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.thresholds import BEHIND, CLASS_NATS, LIKELIER, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
 
 def drop_and_swap(
@@ -50,8 +50,7 @@ def drop_and_swap(
             fit = max((dropped(context, baseline, fit, name) for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
-        # a single effect was compared with the others when it was chosen
-        better = _swapped(context, baseline, fit, last, losses, blind, trials) if len(on) > 1 else None
+        better = _swapped(context, baseline, fit, last, losses, blind, trials)
         if better is None:
             break
         fit, last = better, context.score_test(better)
@@ -197,30 +196,53 @@ def _swapped(
     trials: list[list[Refit]],
 ) -> GapFit | None:
     """Fit the close alternatives; return the best set if it is better than the present one, else None."""
-    best = None
+    best, enough = None, fit.log_evidence + LIKELIER * context.overstated(fit)
     for name in fit.state.effects:
-        behind = relative_evidence(context, fit, last, name, blind)
-        near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * losses[name].gain]
-        near = sorted(near, key=lambda other: -behind[other])[:SWAPS_REFITTED]
         contest = last.without(name)
-        begin = {c.effects[0]: c for c in contest.candidates() if c.effects[0] in near}
+        begin = _contenders(context, fit, last, name, SWAP_SHARE * losses[name].gain, blind)
+        rest = tuple(one for one in fit.state.effects if one != name)
+        near = list(begin)
+        aside = {(*rest, other): context.set_aside((*rest, other), enough) for other in near}
         far = _Few.without(context, baseline, fit, name) if near else None
         if far is not None:
             tried = [far.exchanged(name, first_order(context, contest, begin[other])) for other in near]
             trials.append([trial.estimate(far.ratio) for trial in tried])
             near = [trial.effects[-1] for trial in tried if trial.gain > far.gain]
-        if not near:
-            continue
-        without = dropped(context, baseline, fit, name, roughly=far is not None)
-        on = tuple(without.state.effects)
-        refits = refit(
-            context, without, [((*on, other), absent(context, contest, begin[other])) for other in near]
-        )
-        trials.append(refits)
-        for trial in refits:
-            if trial.fit is None or not trial.plausible:
-                continue
-            least = fit.log_evidence + CLASS_NATS * context.overstated(fit) if best is None else best.log_evidence
-            if trial.fit.log_evidence > least:
-                best = trial.fit
+        if near:
+            without = dropped(context, baseline, fit, name, roughly=far is not None)
+            on = tuple(without.state.effects)
+            sets = [((*on, other), absent(context, contest, begin[other])) for other in near]
+            refits = refit(context, without, sets)
+            trials.append(refits)
+            for trial in refits:
+                if trial.fit is not None and trial.plausible and trial.fit.log_evidence > enough:
+                    best, enough = trial.fit, trial.fit.log_evidence
+        for names, before in aside.items():
+            now = context.fits.known(names)
+            if before is not None and (now is None or now.log_evidence < before.log_evidence):
+                context.fits.keep(names, before)
     return best
+
+
+def _contenders(
+    context: SearchContext, fit: GapFit, last: ScoreTest, name: str, behind: float, blind: Sequence[str]
+) -> dict[str, Candidate]:
+    """Close alternatives to an effect that were not fitted, or not from the place where it stands; the best first.
+
+    Of several sites a fit begins at the best to first order without the effect: where that is far from the place
+    of what is missing, it ends at another one.
+    """
+    contest = last.without(name)
+    offered = {c.effects[0]: c for c in contest.candidates()}
+    rest, near = frozenset(fit.state.effects) - {name}, {}
+    for other, relative in relative_evidence(context, fit, last, name, blind).items():
+        one, own_sites = offered[other], len(context.model.cards[other].sites)
+        if context.fits.known(rest | {other}) is not None and relative <= 0.0:
+            promised = one.gain - offered[name].gain
+            if contest.columns[one.columns[0]].site < own_sites or promised < relative + CLASS_NATS:
+                continue
+            relative = promised
+        if relative > -behind:
+            near[other] = relative
+    best = sorted(near, key=lambda other: -near[other])[:SWAPS_REFITTED]
+    return {other: offered[other] for other in best}

@@ -17,6 +17,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.fitting.sites import sites_beside
 from analysis.twin_model import Tangent, TwinModel
 
 REWEIGHTED = 4
@@ -260,12 +261,10 @@ def score_test(
         for name in on
         for p in cards[name].parameters
     ]
-    for name, card in model.cards.items():
-        wanted = not card.after or card.after in on if effects is None else name in effects
-        if name not in on and wanted:
-            columns += [
-                Column(name, place, p, 0.0, site) for place, site in enumerate(card.sites) for p in card.amplitudes
-            ]
+    for name, sites in sites_beside(model.cards, on).items():
+        card = model.cards[name]
+        if not card.after or card.after in on if effects is None else name in effects:
+            columns += [Column(name, k, p, 0.0, site) for k, site in enumerate(sites) for p in card.amplitudes]
     tangents: list[Tangent] = [
         (c.effect, c.card.name, on.get(c.effect, cards[c.effect].zero(c.shapes))) for c in columns
     ]

@@ -15,6 +15,7 @@ from analysis.effect_card import EffectCard, Values
 from analysis.gap.data.sweeps import widened
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.sites import away, places
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, dropped, lost, relative_evidence
@@ -342,12 +343,12 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
         `fit` where no image is better.
     """
     on = tuple(fit.state.effects)
-    places = list(_images(context.model.cards[name], fit.state.effects[name]))
-    if not places:
+    images = list(_images(context.model.cards[name], fit.state.effects[name]))
+    if not images:
         return fit
     few, reference = at_few_temperatures(context, fit)
     best = reference
-    for place in places:
+    for place in images:
         start = replace(reference.state, effects={**reference.state.effects, name: place})
         enough = -2.0 * best.log_evidence
         try:
@@ -370,14 +371,14 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
 
 def _images(card: EffectCard, values: Values) -> Iterator[dict[str, float]]:
     """Yield an effect's values with its place reflected in the middle lines of the plate."""
-    if len(card.sites) < 2 or not {"x", "y"} <= set(card.sites[0]):
+    if len(card.sites) < 2 or not card.placed:
         return
-    sites = np.array([[site["x"], site["y"]] for site in card.sites])
-    spacing = np.median([np.partition(np.hypot(*(sites - one).T), 1)[1] for one in sites])
-    turned = sites.min(axis=0) + sites.max(axis=0) - np.array([values["x"], values["y"]])
-    for x, y in ((turned[0], values["y"]), (values["x"], turned[1]), (turned[0], turned[1])):
-        if np.hypot(*(sites - (x, y)).T).min() <= NEIGHBOUR * spacing:
-            yield {**values, "x": float(x), "y": float(y)}
+    sites = places(card.sites)
+    x, y = sites.min(axis=0) + sites.max(axis=0) - np.array([values["x"], values["y"]])
+    for image in ({"x": float(x)}, {"y": float(y)}, {"x": float(x), "y": float(y)}):
+        turned = {**values, **image}
+        if away(sites, turned) <= NEIGHBOUR:
+            yield turned
 
 
 def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) -> list[WidenedStart] | None:
