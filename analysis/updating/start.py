@@ -12,7 +12,6 @@ so of thickness or density) is a shift.
 """
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import count, product, repeat
 from typing import Protocol
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.declaration.plate import Plate
 from analysis.declaration.plate_material import material_box
+from analysis.forked import ForkedExecutor
 from analysis.material import MaterialBox
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData, best_gain, fit_sweep
@@ -49,8 +49,6 @@ SHARP = 0.05
 """Data are broadened for a start if the box's largest loss factor is below this; else resonances overlap."""
 LEAST_LOSS = 0.005
 """Smallest loss factor at which fits start: wide resonances overlap with those of the solution."""
-WORKERS = 2
-"""Threads that evaluate points of the grid: eigenvalue routines release the interpreter lock."""
 
 
 STRAIGHT, FIRST = 1.8, 3.6
@@ -177,7 +175,7 @@ def _from_grid(
     etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
     misfits = np.empty((moduli.size, ratios.size))
     places = product(moduli.tolist(), ratios.tolist())
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with ForkedExecutor() as pool:
         for place, found in enumerate(pool.map(misfit, *zip(*places, strict=True), repeat(eta_high))):
             misfits.flat[place] = found
             step()

@@ -11,7 +11,7 @@ Inverted channels, recorded with the wrong sign: leads swapped, or a patch mount
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import replace
 from itertools import pairwise
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from analysis.effect_card import Values
 from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Protocol
+from analysis.forked import ForkedExecutor
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
@@ -96,7 +97,7 @@ def update(
     coarse = [SweepData.of(frf, t, stride(frf, model.box)) for t in range(len(frf.temperature))]
     if begin is None:
         begin = start_material(model, coarse[middle_sweep(frf)], lambda share: report("start grid", share))
-    with ThreadPoolExecutor(2) as pool:
+    with ForkedExecutor() as pool:
         alone = _fitted_alone(frf, model, coarse, begin, report, pool)
         report("common gain", 0.0)
         start = tied(model.box, alone, frf.driven_by)

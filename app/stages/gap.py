@@ -1,7 +1,7 @@
 """Gap stage: comparison of a campaign with its twin, modes paired and what is left without a name; saved."""
 
 from collections.abc import Collection, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from analysis.estimates import Estimate
+from analysis.forked import ForkedExecutor
 from analysis.gap.data.noise import NumericalFloor
 from analysis.gap.description.describing import Description, Vocabulary, describe
 from analysis.gap.gap import find_gap
@@ -44,7 +45,7 @@ from app.stages.comparison.temperature_notes import untimed
 from app.stages.update import UpdateRequest, Updating, updated_twin
 from app.summaries.gap import headline, tables
 from app.summaries.table import as_html, as_text
-from app.twins.campaign_twin import OFFSET, WORKERS, campaign_model, judging, offset_wanted
+from app.twins.campaign_twin import OFFSET, campaign_model, judging, offset_wanted
 from simulation.effects import free_curves
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
@@ -217,7 +218,7 @@ def _compared(request: GapRequest, plain: Updating, report: Progress) -> GapComp
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
     report("numerical floor", 0.0)
-    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+    with ForkedExecutor() as executor, judging(campaign):
         floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
         steady = to_first_order(frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
         start_twin = None

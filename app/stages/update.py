@@ -1,6 +1,5 @@
 """Update stage: model updating of a campaign, with or without effects, computed and saved."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import PlateMaterial
+from analysis.forked import ForkedExecutor
 from analysis.gap.data.preparation import sweep_points
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import LocalLaws, MaterialLaws, Orthotropy
@@ -45,7 +45,6 @@ from app.summaries.modes import pairing_tables
 from app.summaries.table import as_html, as_text
 from app.summaries.update import gain_notes, headline, notes, tables_of
 from app.twins.campaign_twin import (
-    WORKERS,
     Start,
     campaign_model,
     campaign_twin,
@@ -215,7 +214,7 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
     def answer(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
         return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, found, point))
 
-    with ThreadPoolExecutor(WORKERS) as executor:
+    with ForkedExecutor() as executor:
         answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
@@ -295,7 +294,7 @@ def _updated_under_effects(
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
     report("laws under effects", 0.0)
-    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+    with ForkedExecutor() as executor, judging(campaign):
         steady = to_first_order(frf, model, without.local_laws, plain.gains, protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)

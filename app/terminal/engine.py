@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from types import FrameType
 
+from analysis.forked import processors
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.disk_room import memory_left
@@ -103,14 +104,6 @@ def spare_workers(least: int = 1) -> Iterator[Executor | None]:
         return
     with worker_pool(count) as pool:
         yield pool
-
-
-def processors() -> int:
-    """Return how many processors this process may use: a job scheduler may grant fewer than there are."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # systems other than Linux
-        return os.cpu_count() or 1
 
 
 def _follow_the_parent(held: Connection, heard: tuple[int, ...]) -> None:

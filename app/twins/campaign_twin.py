@@ -278,8 +278,6 @@ REFERENCE_TEMPERATURE = 25.0
 """Temperature to which strain energies are referred, degrees Celsius."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for which the twin's error is estimated: a fit may end below that of any real plate."""
-WORKERS = 2
-"""Sweeps linearised at a time."""
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 ======================  =============================================================
 ``state``               laws, readings, gain and effects: the unknowns of a fit
 ``normal_equations``    whitened least squares of every sweep
+``sites``               sites from which effects are searched
 ``schur_complement``    elimination of the unknowns of single groups and sweeps
 ``gap_fit``             result of a fit, its misfit over the lines, constants of an orthotropic sheet in it
 ``bounded_step``        step inside bounds

@@ -5,7 +5,7 @@ log gain of every input, then parameters of effects. The gains of inputs that di
 of zeros.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar, runtime_checkable
@@ -251,7 +251,7 @@ def linearise_all(
             [_whitened(line, sweeps, sweep, state, part).equations(keep=kept) for part in parts]
         )
 
-    return _for_all(linearised, sweeps, executor)
+    return list(executor.map(linearised, range(sweeps.count)))
 
 
 def whiten_all(
@@ -293,16 +293,7 @@ def whiten_all(
             white[:, part], predicted[part] = one.white, one.predicted
         return WhitenedSweep(white, predicted)
 
-    return _for_all(whitened, sweeps, executor)
-
-
-def _for_all(work: Callable[[int], Made], sweeps: GapSweeps, executor: Executor) -> list[Made]:
-    jobs = [executor.submit(work, sweep) for sweep in range(sweeps.count)]
-    try:
-        return [job.result() for job in jobs]
-    finally:
-        for job in jobs:
-            job.cancel()
+    return list(executor.map(whitened, range(sweeps.count)))
 
 
 def channel_blocks(rows: int, channels: int, nodes: int) -> Iterator[slice]:

@@ -1,13 +1,14 @@
 """Plan stage: which measurement would settle what a comparison left open; what it was, once it is made."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from analysis.forked import ForkedExecutor
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -37,7 +38,6 @@ from app.stages.comparison.compared import Compared
 from app.stages.update import updated_twin
 from app.twins.campaign_twin import (
     KNOWN_MASS,
-    WORKERS,
     campaign_model,
     judging,
     known_mass,
@@ -110,7 +110,7 @@ def next_experiment(
         Without questions where nothing is open.
     """
     questions = open_questions(found, tuple(compared.model.cards))
-    with ThreadPoolExecutor(WORKERS) as executor:
+    with ForkedExecutor() as executor:
         return plan(compared, questions, report, executor, hours or {}, reach)
 
 
@@ -312,7 +312,7 @@ def with_answer(earlier: AnyCampaign, run: Path, now: Compared, mains: float, re
         As `open_before`, and for a campaign that cannot be judged.
     """
     effects, turned = open_before(run)
-    with ThreadPoolExecutor(WORKERS) as executor, judging(earlier):
+    with ForkedExecutor() as executor, judging(earlier):
         report("earlier campaign", 0.0)
         before = compared_plainly(earlier, mains, report, executor)
         report("answer", 0.0)
