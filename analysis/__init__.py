@@ -34,6 +34,7 @@
 ``checked_fields``     shape, finiteness, range and order of a value's fields
 ``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable
+``forked``             independent work on all processors, by copies of the process
 =====================  ============================================================================
 """
 

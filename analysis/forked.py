@@ -106,13 +106,10 @@ class _Copy:
             if pid == 0:
                 status = 1
                 try:
-                    for one in (*(copy.answer for copy in earlier), answer):
-                        one.close()  # so that writing ends where the parent was killed
-                    for number in LEFT_TO_THE_PARENT:
-                        signal.signal(number, signal.SIG_DFL)
-                    gc.disable()  # a collection would write to, and so copy, all memory that is shared
+                    for held in (*(copy.answer for copy in earlier), answer):
+                        held.close()  # so that writing ends where the parent was killed
                     executor.processes = 1
-                    own.send(_tried(fn, share))
+                    _answer(own, fn, share)
                     status = 0
                 finally:
                     os._exit(status)
@@ -120,13 +117,16 @@ class _Copy:
 
     def results(self, fn: Callable[..., Any], share: Sequence[Sequence[Any]]) -> list[Any]:
         """Wait for the results; those of a copy that was killed, for lack of memory, are made here."""
-        try:
-            results, error = self.answer.recv()
-        except EOFError:
-            return _each(fn, share)
-        if error is not None:
-            raise error
-        return list(results)
+        found: list[Any] = []
+        while len(found) < len(share):
+            try:
+                result, error = self.answer.recv()
+            except EOFError:
+                return found + _each(fn, share[len(found) :])
+            if error is not None:
+                raise error
+            found.append(result)
+        return found
 
     def end(self) -> None:
         """End the copy, whatever it is at."""
@@ -141,8 +141,15 @@ def _each(fn: Callable[..., Any], share: Sequence[Sequence[Any]]) -> list[Any]:
     return [fn(*item) for item in share]
 
 
-def _tried(fn: Callable[..., Any], share: Sequence[Sequence[Any]]) -> tuple[list[Any], Exception | None]:
+def _answer(own: Connection, fn: Callable[..., Any], share: Sequence[Sequence[Any]]) -> None:
+    """Send the results one by one, or the error, as (result, error): all at once they would be held twice."""
+    for number in LEFT_TO_THE_PARENT:
+        signal.signal(number, signal.SIG_DFL)
+    gc.disable()  # a collection would write to, and so copy, all memory that is shared
     try:
-        return _each(fn, share), None
+        results = _each(fn, share)
     except Exception as error:  # noqa: BLE001 - raised again where it is waited for
-        return [], error
+        own.send((None, error))
+        return
+    for one in results:
+        own.send((one, None))

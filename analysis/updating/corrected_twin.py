@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex
 from analysis.estimates import DeclaredQuantity, Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.gap.data.groups import FEWEST, LawSmoothness, TemperatureGroups, distinct_temperatures, mean_laws
@@ -17,6 +19,7 @@ from analysis.gap.fitting.gap_fit import fitted_sheet
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws, reached
@@ -115,7 +118,7 @@ def fit_twin(
 
 
 def corrected_twin(
-    frf: Frf, plain: Updated, model: TwinModel, protocol: Protocol, fitted: FittedTwin
+    frf: Frf, plain: Updated, model: TwinModel, protocol: Protocol, fitted: FittedTwin, executor: Executor
 ) -> CorrectedTwin:
     """Compute laws and FRFs of a fitted twin.
 
@@ -128,24 +131,28 @@ def corrected_twin(
         The twin; it holds the effects that are not in the state.
     protocol : Protocol
         Gives the ramp rate.
+    executor : Executor
+        Sweeps are computed on it.
     """
     groups = TemperatureGroups.of(frf.temperature)
     local = LawSmoothness.of(groups.reference, mean_laws(plain.material, groups)).laws(fitted.state.laws)
     model = model.counted(local, fitted.state.on)
     gain = np.exp(fitted.state.log_gain)
-    answers, material = [], []
-    for sweep, read in enumerate(sweep_points(frf, protocol)):
+
+    def answered(sweep: int, read: SweepPoint) -> tuple[Complex, list[float]]:
         group, reading = groups.of_sweep[sweep], read.temperature
         point = fitted.state.circumstances(sweep, read)
         laws = local[group].tilted(fitted.state.tilt[group], fitted.state.bend[group], point.temperature)
-        answers.append(gain[point.source] * model.frf(laws, frf.frequency, fitted.state.on, point))
-        material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
-    h = np.array(answers)
+        answer = gain[point.source] * model.frf(laws, frf.frequency, fitted.state.on, point)
+        return answer, [laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)]
+
+    made = list(executor.map(answered, count(), sweep_points(frf, protocol)))
+    h, material = np.array([one for one, _ in made]), np.array([one for _, one in made], dtype=float)
     return CorrectedTwin(
         effects=fitted.effects,
         nodes=fitted.laws,
         laws=smooth_laws(fitted.laws, reached(protocol, fitted.laws.temperature)),
-        updated=_updated(frf, plain, model, groups, fitted, np.array(material, dtype=float), h),
+        updated=_updated(frf, plain, model, groups, fitted, material, h),
         frequency=frf.frequency,
         answers=h,
     )

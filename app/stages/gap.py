@@ -224,7 +224,7 @@ def _compared(request: GapRequest, plain: Updating, report: Progress) -> GapComp
         start_twin = None
         if given:
             begun = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
-            start_twin = corrected_twin(frf, plain.updated, model, protocol, begun)
+            start_twin = corrected_twin(frf, plain.updated, model, protocol, begun, executor)
         pairing = pairing_before(campaign, plain, twin, start_twin, report)
         if pairing is not None and pairing.wrong_declaration:
             candidates = frozenset(given)
@@ -255,7 +255,7 @@ def _compared(request: GapRequest, plain: Updating, report: Progress) -> GapComp
         claimed = {e.name: e.parameters for e in found.effects}
         parts = found.state, found.laws_after, found.sigma_gain
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
-        last = corrected_twin(frf, plain.updated, model, protocol, named)
+        last = corrected_twin(frf, plain.updated, model, protocol, named, executor)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
         if pairing is not None and pairing.fits:
             found = replace(found, notes=(*pairing.wrong_points, *found.notes))
@@ -272,8 +272,9 @@ def _compared(request: GapRequest, plain: Updating, report: Progress) -> GapComp
             if describing:
                 told, why = description(compared, found, executor, report)
                 found = replace(found, notes=(*found.notes, *why))
-    corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
-    return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared, description=told)
+        if fitted is not named:
+            last = corrected_twin(frf, plain.updated, model, protocol, fitted, executor)
+    return GapComparison(frf, plain, twin, given, found, last, pairing, compared, description=told)
 
 
 def _with_only(twin: Twin[EffectPlate], candidates: Collection[str]) -> Twin[EffectPlate]:

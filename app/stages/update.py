@@ -297,7 +297,7 @@ def _updated_under_effects(
     with ForkedExecutor() as executor, judging(campaign):
         steady = to_first_order(frf, model, without.local_laws, plain.gains, protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
-    found = corrected_twin(frf, plain, model, protocol, fitted)
+        found = corrected_twin(frf, plain, model, protocol, fitted, executor)
     report("laws under effects", 1.0)
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, found.answers, twin.error, density)

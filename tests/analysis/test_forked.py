@@ -158,6 +158,8 @@ def test_other_threads_go_on():
     with ForkedExecutor(2) as executor:
         for _ in range(20):
             assert list(executor.map(lambda k: k + 1, range(4))) == [1, 2, 3, 4]
+        mapped = executor.submit(lambda: list(executor.map(lambda k: (k, os.getpid()), range(4))))
+        assert len(set(mapped.result(60.0))) == 4
     stop.set()
     other.join()
     assert ticks
