@@ -12,7 +12,9 @@ ON_THE_PLATE = 0.75
 of their squares."""
 
 
-def sites_beside(cards: Mapping[str, EffectCard], on: Mapping[str, Values]) -> dict[str, tuple[Values, ...]]:
+def sites_beside(
+    cards: Mapping[str, EffectCard], on: Mapping[str, Values], standing: Mapping[str, Values] | None = None
+) -> dict[str, tuple[Values, ...]]:
     """Sites of every effect that is off; of one with a place also where those stand that are on.
 
     What stands there may be another effect, which from its own sites was not found to be there: a resonator of
@@ -23,6 +25,8 @@ def sites_beside(cards: Mapping[str, EffectCard], on: Mapping[str, Values]) -> d
     cards : mapping of str to EffectCard
     on : mapping of str to mapping
         Values of the effects that are on, by name.
+    standing : mapping of str to mapping, optional
+        Likewise of those that count as standing somewhere; by default those that are on.
 
     Returns
     -------
@@ -32,13 +36,13 @@ def sites_beside(cards: Mapping[str, EffectCard], on: Mapping[str, Values]) -> d
     finest = max(grids, key=len, default=np.zeros((0, 2)))
     stand = {
         name: values
-        for name, values in on.items()
+        for name, values in (on if standing is None else standing).items()
         if name in cards and cards[name].placed and away(finest, values) <= ON_THE_PLATE
     }
     found = {}
     for name, card in cards.items():
         if name not in on:
-            there = [values for other, values in stand.items() if card.placed and other != card.after]
+            there = [one for other, one in stand.items() if card.placed and other not in (name, card.after)]
             found[name] = (*card.sites, *(site for values in there for site in _sites_at(card, values)))
     return found
 

@@ -21,12 +21,13 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.plan.measurement import Measurement
 from analysis.gap.plan.separation import ENOUGH, Question
+from analysis.gap.search.score_test import score_test
 from analysis.gap.thresholds import CLASS_NATS
 from analysis.twin_model import TwinModel
 
 NOTHING = "nothing"
 STARTS = 4
-"""Sites from which an effect with a place is fitted where none is known."""
+"""Sites from which an effect with a place is fitted where none is known, the best to first order."""
 
 
 @dataclass(frozen=True)
@@ -173,10 +174,16 @@ def _best(
     card: EffectCard,
     executor: Executor,
 ) -> GapFit:
-    """Fit an effect from its values in `base`, or from its first few sites."""
+    """Fit an effect from its values in `base`, or from the best of its sites and of the places of others there."""
     known = base.effects.get(card.name)
-    starts = [dict(known)] if known is not None else [card.zero(site) for site in card.sites[:STARTS]]
-    names, state = (*rest, card.name), base if known is not None else plain.state
+    if known is not None:
+        starts, state = [dict(known)], base
+    else:
+        screening = score_test(model, sweeps, plain, executor, effects=(card.name,), standing=base.effects)
+        best = sorted(screening.at_sites(card.name), key=lambda one: -one.gain)[:STARTS]
+        starts = [card.zero(screening.columns[one.columns[0]].shapes) for one in best]
+        state = plain.state
+    names = (*rest, card.name)
     fits = [
         fit_gap(model, sweeps, state.with_effects({**rest, card.name: start}), names, executor) for start in starts
     ]

@@ -22,6 +22,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.fitting.sites import sites_beside
 from analysis.gap.fitting.state import GapState
 from analysis.gap.plan.measurement import Readings
 from analysis.gap.report import GapReport
@@ -202,13 +203,15 @@ def _columns(
     for name in state.effects:
         if name not in asked:
             nuisances += _on(model.cards[name], on[name])
-    wanted: list[Column] = []
+    wanted, sites = list[Column](), sites_beside(model.cards, on)
     for name in dict.fromkeys(asked):
         card = model.cards[name]
         if name in on:
             wanted += _on(card, on[name])
         else:
-            wanted += [Column(name, k, p, 0.0, site) for k, site in enumerate(card.sites) for p in card.amplitudes]
+            wanted += [
+                Column(name, k, p, 0.0, site) for k, site in enumerate(sites[name]) for p in card.amplitudes
+            ]
     return (*nuisances, *wanted), len(nuisances)
 
 

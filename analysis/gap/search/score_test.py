@@ -5,7 +5,7 @@ and gain are eliminated. The remaining part of a candidate's tangents is indepen
 twin; the residual's projection on it gives the candidate's evidence to first order.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
@@ -223,7 +223,13 @@ class ScoreTest:
 
 
 def score_test(
-    model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
+    model: TwinModel,
+    sweeps: GapSweeps,
+    fit: GapFit,
+    executor: Executor,
+    *,
+    effects: Sequence[str] | None = None,
+    standing: Mapping[str, Values] | None = None,
 ) -> ScoreTest:
     """Linearise a fit with the tangents of every candidate, and eliminate laws, readings and gain.
 
@@ -236,6 +242,8 @@ def score_test(
         Sweeps are linearised on it.
     effects : sequence of str, optional
         Candidates; by default all effects that are off, but for a second one whose first is off, too.
+    standing : mapping of str to mapping, optional
+        Values of effects at whose places candidates are tried, too; by default those that are on.
 
     Returns
     -------
@@ -261,7 +269,7 @@ def score_test(
         for name in on
         for p in cards[name].parameters
     ]
-    for name, sites in sites_beside(model.cards, on).items():
+    for name, sites in sites_beside(model.cards, on, standing).items():
         card = model.cards[name]
         if not card.after or card.after in on if effects is None else name in effects:
             columns += [Column(name, k, p, 0.0, site) for k, site in enumerate(sites) for p in card.amplitudes]

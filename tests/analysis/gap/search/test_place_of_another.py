@@ -9,6 +9,7 @@ from analysis.effect_card import EffectCard, Parameter
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.sites import sites_beside
 from analysis.gap.fitting.state import starting_state
+from analysis.gap.plan.decision import decided, told
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.stepwise import stepwise_search
 
@@ -83,3 +84,15 @@ def test_it_is_fitted_from_there_before_a_name_is_given(toy, pool):
     found = stepwise_search(context, context.fit(starting_state(updated, sweeps.groups), ()))
     assert found.effects == ("clip",)
     assert [found.fit.state.effects["clip"][axis] for axis in "xy"] == pytest.approx([0.72, 0.33], abs=0.01)
+
+
+def test_a_later_campaign_decides_from_there_too(toy, pool):
+    """A plan that was followed asks which of two it was; from its own sites the right one was fitted elsewhere."""
+    plate, true = plate_with(toy), {"force": 0.05, "x": 0.72, "y": 0.33, "tone": 1200.0}
+    frf, protocol = toy.record(effects={"clip": true}, temperatures=(18.0, 26.0, 34.0), plate=plate)
+    updated = toy.updated(frf)
+    sweeps, _ = prepare(frf, protocol, updated)
+    found = {"spot": {"grams": 0.03, "x": 0.72, "y": 0.33}}
+    base = replace(starting_state(updated, sweeps.groups), effects=found)
+    answer = decided(told(plate, sweeps, base, ("spot", "clip"), pool))
+    assert answer.settled == "clip"
