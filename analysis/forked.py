@@ -3,6 +3,10 @@
 A linearised sweep is thousands of small array operations, between which threads wait for Python's lock: two
 threads took as long as one, for 1.6 times its processor time. Processes of their own would each need the twin, of
 some hundred megabytes; a fork has it already.
+
+A copy has one thread only: a lock that another thread holds is never released in it (threads that compute hold that
+of `cached_property`, before Python 3.12). So only the main thread makes copies, and one that comes to no end is
+given up.
 """
 
 import gc
@@ -10,6 +14,8 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +26,8 @@ from typing import Any
 
 MOST_PROCESSES = 8
 """A comparison of 16 sweeps has no more work at a time, and each takes some hundred megabytes of its own."""
+PATIENCE, AT_LEAST = 10.0, 60.0
+"""Times that this process took for its own share, and s at least, after which a copy is given up."""
 LEFT_TO_THE_PARENT = (signal.SIGINT, signal.SIGTERM)
 """Signals whose handlers belong to the process that was started: they write its last lines, and end its copies."""
 
@@ -36,8 +44,8 @@ class ForkedExecutor(ThreadPoolExecutor):
     """Executor whose `map` works in copies of this process.
 
     What a function changes in a copy is lost: only what it returns comes back, in whole. So what is submitted
-    singly runs in threads. In a worker process, whose siblings have the other processors, `map` uses none but its
-    own; on systems where copies are not safe, threads.
+    singly runs in threads. In a worker process, whose siblings have the other processors, and outside the main
+    thread `map` uses one processor; on systems other than Linux, threads.
 
     Parameters
     ----------
@@ -69,14 +77,23 @@ class ForkedExecutor(ThreadPoolExecutor):
             return super().map(fn, *iterables, timeout=timeout, chunksize=chunksize)
         items = list(zip(*iterables, strict=False))
         count = min(self.processes, len(items))
+        if count < 2 or threading.current_thread() is not threading.main_thread():
+            return iter(_each(fn, items))
         shares = [items[first::count] for first in range(count)]
         copies: list[_Copy] = []
         found: list[Any] = [None] * len(items)
         try:
             for share in shares[1:]:
                 copies.append(_Copy.begun(self, fn, share, copies))
-            for first, share in enumerate(shares):
-                found[first::count] = copies[first - 1].results(fn, share) if first else _each(fn, share)
+            begun = time.monotonic()
+            found[::count] = _each(fn, shares[0])
+            until = time.monotonic() + max(AT_LEAST, PATIENCE * (time.monotonic() - begun))
+            for first, (copy, share) in enumerate(zip(copies, shares[1:], strict=True), 1):
+                results = copy.results(len(share), until)
+                if len(results) < len(share):
+                    self.processes = 1  # another copy would end like this one
+                    results += _each(fn, share[len(results) :])
+                found[first::count] = results
         finally:
             for copy in copies:
                 copy.end()
@@ -115,14 +132,14 @@ class _Copy:
                     os._exit(status)
         return cls(pid, answer)
 
-    def results(self, fn: Callable[..., Any], share: Sequence[Sequence[Any]]) -> list[Any]:
-        """Wait for the results; those of a copy that was killed, for lack of memory, are made here."""
+    def results(self, count: int, until: float) -> list[Any]:
+        """Wait for results until a time, s; fewer where the copy was killed, for lack of memory, or hangs."""
         found: list[Any] = []
-        while len(found) < len(share):
+        while len(found) < count and self.answer.poll(max(until - time.monotonic(), 0.0)):
             try:
                 result, error = self.answer.recv()
             except EOFError:
-                return found + _each(fn, share[len(found) :])
+                break
             if error is not None:
                 raise error
             found.append(result)
