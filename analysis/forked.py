@@ -4,9 +4,9 @@ A linearised sweep is thousands of small array operations, between which threads
 threads took as long as one, for 1.6 times its processor time. Processes of their own would each need the twin, of
 some hundred megabytes; a fork has it already.
 
-A copy has one thread only: a lock that another thread holds is never released in it (threads that compute hold that
-of `cached_property`, before Python 3.12). So only the main thread makes copies, and one that comes to no end is
-given up.
+A copy has one thread only: a lock that another thread holds is never released in it (threads that compute hold
+that of `cached_property`, before Python 3.12). So only the main thread makes copies, and one that comes to no end
+is given up.
 """
 
 import gc
