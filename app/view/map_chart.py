@@ -18,6 +18,8 @@ from app.view.theme import Theme, one_sided
 
 MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""
+OUTWARD = 5
+"""Dots of a tick, away from the map: inside, they were minus signs before the values of its first column."""
 COLOUR_BAR_WIDTH = 78
 """Dots that the colour bar of a map takes."""
 
@@ -64,6 +66,8 @@ class MapChart(Chart):
         if ticks is not None:
             bar.axis.setTicks([list(ticks)])
         self.showGrid(x=False, y=False)
+        for side in ("bottom", "left"):
+            self.getAxis(side).setStyle(tickLength=OUTWARD)
         self._image, self._levels = item, levels
         self.show_map(shown)
         self.fit()
