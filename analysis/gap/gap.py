@@ -344,7 +344,7 @@ def _candidates(context: SearchContext, found: SearchResult, first: str | None) 
                 effect=c.effects[0],
                 screened=c.gain / context.sweeps.overstated,
                 fitted=trial.gain / context.sweeps.overstated if trial else None,
-                share=trial.share if trial else None,
+                share=min(trial.share, 1.0) if trial else None,  # of what is beyond the expected noise
                 kept=kept[c.effects[0]],
                 cosine=float(table[place, winner]) if winner is not None else 0.0,
             )
