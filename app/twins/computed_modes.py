@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import ResidualTerms
-from analysis.identification.pole_search import project
+from analysis.identification.pole_search import fit, project
 from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
@@ -104,3 +104,21 @@ def residues_at(poles: Complex, frequency: Real, h: Complex, deviation: Real, te
     (K, J) complex ndarray
     """
     return project(Lines(frequency, h, deviation), poles, terms, derivatives=False).residues
+
+
+def poles_as_read(poles: Complex, frequency: Real, h: Complex, deviation: Real, terms: ResidualTerms) -> Complex:
+    """Poles that a fit makes of a twin's FRFs, begun at some poles.
+
+    Parameters
+    ----------
+    poles : (J,) complex ndarray
+        rad/s, upper half plane, as measured.
+    frequency, h, deviation, terms
+        As of `residues_at`.
+
+    Returns
+    -------
+    (J,) complex ndarray
+        In the order of `poles`.
+    """
+    return fit(Lines(frequency, h, deviation), poles, terms).poles

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ from analysis.updating.update import by_temperature
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.inputs import has_other_sweeps, sweeps_of
 from app.files.results.modes_file import load_modes, modes_made_from
-from app.twins.computed_modes import computed_poles, residues_at
+from app.twins.computed_modes import computed_poles, poles_as_read, residues_at
 from simulation.twin.instrumented_plate import InstrumentedPlate
 
 STAGE = "modes of some sweeps"
@@ -201,7 +202,9 @@ def paired_sweeps(
         residues = residues_at(poles, lines, answers[t][:, inside], deviation, measured.terms)
         rms = np.sqrt((np.abs(frf.h[t][:, inside]) ** 2).mean(axis=1))
         computed = ModeList.computed(poles, residues, rms, modes.damping)
-        pairs.append(pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed))
+        found = pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed)
+        of_twin = {"frequency": lines, "h": answers[t][:, inside], "deviation": deviation, "terms": measured.terms}
+        pairs.append(found.as_read(modes, poles, partial(poles_as_read, **of_twin)))
         sizes.append(rms)
     rows = list(measured.modes)
     compared = _points(experiment, pairs, sizes, [laws[t] for t in measured.modes])
