@@ -47,6 +47,10 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     if experiment is not None:
         read = read_hammer_experiment if declares_hammer_test(experiment) else read_acquired_experiment
         declared = read(experiment)
+        if isinstance(declared, AcquiredExperiment) and declared.rig == "simulated":
+            from app.rig.simulated_rig import silent_rig
+
+            silent_rig(declared, experiment)  # refuses wiring and modules, as acquire does
 
     from app.rig.doctor import examine
     from drivers.rig.survey import FindingState

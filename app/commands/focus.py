@@ -135,10 +135,14 @@ def _overtaken(folder: Path, panel: "Panel") -> list[str]:
         return []
     if before == panel:
         return []
-    return [
-        f"compensation.h5 there follows other filters ({before.title!r} before, {panel.title!r} now); make it "
-        f"again: flexura compensate {quoted(folder)}"
-    ]
+    was, now = _said_of(before), _said_of(panel)
+    other = f"of other filters ({was} before, {now} now)" if was != now else "of filters with other settings"
+    return [f"compensation.h5 there is {other}; make it again: flexura compensate {quoted(folder)}"]
+
+
+def _said_of(panel: "Panel") -> str:
+    filters = panel.filters
+    return f"{panel.title!r}, {filters.taps} taps at {filters.sample_rate:g} Hz"
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

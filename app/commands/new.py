@@ -4,7 +4,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -70,6 +70,16 @@ def write_plate(
     output.summary(f"{declaration}: {first}, then: flexura update {quoted(named)}")
 
 
+class PlateNumber(click.FloatRange):
+    """One number of --plate; all four are named where an option stands in the place of one."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number."""
+        if isinstance(value, str) and value.startswith("--"):
+            self.fail("four numbers are wanted, LX LY THICKNESS MASS; one is missing", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
 @click.argument("what", type=click.Choice(["test", "campaign", "plate", "experiment", "panel"]))
 @click.argument("files", nargs=-1, type=Existing("allowed: files of signals or FRFs"))
@@ -102,7 +112,7 @@ def write_plate(
 @click.option(
     "--plate",
     nargs=4,
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=PlateNumber(min=0.0, min_open=True),
     metavar="LX LY THICKNESS MASS",
     help="Of all but a test: m and kg.",
 )
@@ -152,7 +162,9 @@ def command(
         hammer = what == "experiment" and kind == "hammer"
         if hammer:
             of_tests = {name: value for name, value in of_tests.items() if name != "--kind"}
-            of_tests |= {"--oven": oven, "--port": port}
+            _refuse(
+                "of a hammer test is written into its file, with [set_points]", {"--oven": oven, "--port": port}
+            )
         _refuse(f"does not belong to a new {what}", of_tests | channels | of_frfs | {"FILES": files})
         _from_nothing("hammer test" if hammer else what, plate, title, oven, port, out or Path(), output)
         return

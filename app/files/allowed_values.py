@@ -119,6 +119,8 @@ def _noun(bare: Any) -> str:
         inside = get_args(bare)
         count = "" if Ellipsis in inside else f"{len(inside)} "
         one = _noun(_bare(inside[0]))
+        if get_origin(_bare(inside[0])) is Literal:
+            return f"a list of {count}{one}"
         several = one.replace("a list", "lists", 1) if one.startswith("a list") else f"{one.split()[-1]}s"
         return f"a list of {count}{several}"
     return {float: "a number", int: "an integer", str: "a text", bool: "a boolean"}.get(bare, "a value")

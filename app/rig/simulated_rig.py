@@ -235,8 +235,8 @@ def simulating(file: Path) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        allowed = "terminals of simulation.modules, and kinds that can be simulated"
-        problem = Problem(file.name, "simulation", str(error), allowed)
+        allowed = "in [cards] terminals of simulation.modules, and instruments that can be simulated"
+        problem = Problem(file.name, "cards, or an instrument", str(error), allowed)
         raise CampaignFileError(file.parent, [problem]) from error
 
 

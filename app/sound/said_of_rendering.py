@@ -71,9 +71,10 @@ def beyond_rated(sent: Shipment, done: "Rendering") -> list[str]:
     if shares[worst] <= 1.0:
         return []
     volts, rated = done.largest[worst], sent.panel.limits[worst]
+    level = math.floor(1e3 * rated / volts) / 1e3
     return [
         f"{sent.names[worst]} would get {volts:.4g} V; it is rated for {rated:.4g} V: play this sound at "
-        f"{rated / volts:.3f} of its level or less (the filters are made for audio within ±1)"
+        f"{level:g} of its level or less (the filters are made for audio within ±1)"
     ]
 
 
@@ -120,6 +121,6 @@ def summary(sent: Shipment, done: "Rendering", moments: "Sequence[TraceMoment]")
     return (
         f"{done.seconds:.1f} s at {min(t):.1f} to {max(t):.1f} °C, {done.changes} changes of the filters "
         f"({sent.method}): contrast {min(used):.3f} to {max(used):.3f}, with the first filters kept down to "
-        f"{min(kept):.3f}; up to {done.largest.max():.3g} V; {done.real_time_factor:.0f} times real time on one "
+        f"{min(kept):.3f}; up to {done.largest.max():.4g} V; {done.real_time_factor:.0f} times real time on one "
         f"core; {done.sound}"
     )

@@ -161,7 +161,7 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
     if left:
         raise ResultFileError(
             f"{panel.title}: outside the panel's twin: {'; '.join(left)}; widen [twin] in the panel's "
-            "file. The paper's panel, which is taken where none is named, is of plastic: for another material "
+            "file. The paper's panel (the one without --panel) is of plastic: for another material "
             "flexura new panel, then --panel"
         )
     return PanelTwin.of(panel_reduction(panel, grid, report), grid, panel.footprints, len(panel.drive))

@@ -76,7 +76,8 @@ class NewsOfCampaign:
         self._before = now
         if before is not None:
             if now.state in OVER and (away or now.state != before.state) and not _same_end(now, ended):
-                more = "" if now.state == "complete" else ". The same flexura acquire continues it."
+                said = now.state == "complete" or "continues it" in now.line
+                more = "" if said else ". The same flexura acquire continues it."
                 told.append((OVER[now.state], now.line + more))
             if now.missing > before.missing:
                 new, one = now.missing - before.missing, now.missing - before.missing == 1

@@ -101,6 +101,18 @@ def test_a_simulated_rig_needs_neither_driver_nor_oven() -> None:
     assert "7 sweeps, about 1 h 27 min" in result.stdout
 
 
+def test_a_simulated_rig_that_cannot_be_wired_is_not_ready(tmp_path: Path) -> None:
+    """It said "ready", and acquire refused the file."""
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(
+        EXAMPLE.read_text(encoding="utf-8").replace("cDAQ1Mod1/ai1", "cDAQ1Mod7/ai1"), encoding="utf-8"
+    )
+    result = run(wrong)
+    assert result.exit_code == 1
+    assert "terminal 'cDAQ1Mod7/ai1' is wired but not there" in result.output
+    assert "in [cards] terminals of simulation.modules" in result.output
+
+
 def test_too_small_a_disk(laboratory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = shutil.disk_usage(laboratory.parent)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage._replace(free=10_000_000))

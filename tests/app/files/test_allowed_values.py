@@ -32,6 +32,7 @@ class Outer(BaseModel):
     inner: Inner
     many: tuple[Inner, ...]
     maybe: Inner | None = None
+    legs: Annotated[tuple[Literal["down", "up"], ...], Field(min_length=1, max_length=2)] = ("up",)
     share: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
     either: int | str | None = None
     number: int | Literal["all"] | None = None
@@ -53,6 +54,7 @@ class Outer(BaseModel):
         (("many", 0, "note"), "a text"),
         (("maybe",), "a table with the keys side, note"),
         (("maybe", "side"), "'top' or 'bottom'"),
+        (("legs",), "a list of 'down' or 'up', at least 1, at most 2"),
         (("share",), "a number from 0 to 1"),
         (("either",), "an integer or a text"),
         (("unknown", "deeper"), "a value"),

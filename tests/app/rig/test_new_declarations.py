@@ -98,6 +98,10 @@ def test_the_verb_writes_both(tmp_path: Path, run_flexura: Flexura, monkeypatch:
         ("test", "--port", "COM3"),
     ):
         assert run_flexura("new", *wrong)[0] == 2
+    status, _, err = run_flexura("new", "experiment", *words[:-1], "--oven", "watlow-f4t")
+    assert (status, "four numbers are wanted" in err) == (2, True), err
+    status, _, err = run_flexura("new", "experiment", "--kind", "hammer", *words, "--oven", "watlow-f4t")
+    assert (status, "is written into its file, with [set_points]" in err) == (2, True), err
 
 
 def test_at_a_terminal_plate_and_oven_are_asked_for(
