@@ -256,10 +256,10 @@ class ForwardTwin:
         Raises
         ------
         ValueError
-            As `frf`, for a point off the plate, and where stiffness, mass or damping changes along the band, so
-            that there are no modes.
+            As `frf`, for a point off the plate, where something is attached at a place, and where stiffness, mass
+            or damping changes along the band, so that there are no modes.
         """
-        solved = self._solved(material, effects, temperature)
+        solved = self._steady(material, effects, temperature)
         ops = self.model.plate.operators
         if solved.modal is None or solved.modal.count:
             raise ValueError(
@@ -295,7 +295,7 @@ class ForwardTwin:
         ValueError
             As `modes`, but for dashpots.
         """
-        solved = self._solved(material, effects, temperature)
+        solved = self._steady(material, effects, temperature)
         if solved.modal is None:
             raise ValueError("with these effects the plate's matrices change along the band")
         state, local = solved.state, solved.composite
@@ -370,6 +370,22 @@ class ForwardTwin:
         state = model.state(laws, lines, on, point)
         model.plate.require(state)
         return model.solved(state, lines)
+
+    def _steady(
+        self, material: Material | None, effects: Mapping[str, Values] | None, temperature: float | None
+    ) -> LocalSolution:
+        """Solve a plate to which nothing is attached but at declared points: ValueError else.
+
+        What is attached at a place joins the plate line by line, through its give there: matrices do not hold it.
+        """
+        solved = self._solved(material, effects, temperature)
+        if any(one.acts for one in solved.state.attached):
+            raise ValueError(
+                "what is attached at a place (mass_at_place, spring_at_place, ...) acts through the plate's own "
+                "give there, which is no matrix: frf and derivatives have it; a point mass at a declared point "
+                "has matrices and modes, too"
+            )
+        return solved
 
     def _ports(self) -> tuple[str, ...]:
         named = {port: name for name, port in ports(self.experiment).items()}

@@ -7,7 +7,7 @@ sides, and its middle on the plate's middle. Of the ways left, the one that turn
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -208,11 +208,14 @@ def _sections(
     by_node = path.suffix.lower() in UNIVERSAL or len({frf.reference for frf in found.transfers}) > 1
     if roving:
         sections.append(_roving_hammer(roving, places))
+        sections[-1][1].extend(_pushing_up({one.reference for one in found.transfers}))
     for frf in found.transfers:
         reference, response = _quantity(frf, said, 1), _quantity(frf, said, 0)
         if not roving and frf.reference not in drives:
             drives[frf.reference] = f"D{len(drives) + 1}"
             sections.append(_end(drives[frf.reference], reference, places.get(_node(frf.reference)), drives=True))
+            if reference == "force":
+                sections[-1][1].extend(_pushing_up({frf.reference}))
         key = stars.get(frf.name, _node(frf.response) if by_node else frf.name)
         if key not in sensors:
             sensors[key] = f"S{len(sensors) + 1}"
@@ -243,6 +246,12 @@ def _below(found: FrfsOfFile) -> set[str]:
     down = {end for end in ends if re.fullmatch(r"-[3z]", end.partition(":")[2])}
     pushed = any(re.fullmatch(r"-[3z]", one.reference.partition(":")[2]) for one in found.transfers)
     return down if pushed or down != ends else set()
+
+
+def _pushing_up(references: Collection[str]) -> list[KeyLine]:
+    """Return the line for forces along +z, which push into the bottom face; none where a file does not say so."""
+    up = all(re.fullmatch(r"\+[3z]", one.partition(":")[2]) for one in references)
+    return [KeyLine("side", "bottom", "+z in the file: it pushes into the bottom face")] if up else []
 
 
 FEWEST_HITS = 3

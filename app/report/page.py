@@ -44,13 +44,13 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 @media (max-width: 40rem) {
   body { margin: 0.8rem auto } h1 { font-size: 1.4rem; line-height: 1.25 } h1 + p { margin-top: 0.2rem }
   dl.words { display: block } dl.words dd { margin: 0 0 0.7rem }
-  figure h3::after { content: " \2194"; font-weight: 400; color: #767676 }
 }
 @media screen and (max-width: 68rem) {
   table { display: block; overflow-x: auto }
   tr > :first-child:nth-last-child(n+5) ~ td:not(.n, .w) { min-width: 7rem }
   td.w { min-width: 28rem }
   tr > :first-child:nth-last-child(n+4):not(.n) { min-width: 7rem }
+  figure h3::after { content: " \u2194"; font-weight: 400; color: #767676 }
   figure { overflow-x: auto } figure img { width: auto !important; max-width: none }
 }
 @media (min-width: 96rem) {

@@ -195,6 +195,14 @@ def test_matrices_that_change_along_the_band_are_none(twin: ForwardTwin) -> None
         twin.matrices(MATERIAL, effects={"relaxation": {name.partition(".")[2]: 0.02}})
 
 
+@pytest.mark.parametrize("asked", ["matrices", "modes"])
+def test_what_is_attached_at_a_place_has_neither_matrices_nor_modes(twin: ForwardTwin, asked: str) -> None:
+    """Its matrices were those without it; its modes were refused for dashpots that were not there."""
+    effects = {"mass_at_place": {"mass": 0.002, "x": 0.1, "y": 0.08}}
+    with pytest.raises(ValueError, match="attached at a place"):
+        getattr(twin, asked)(MATERIAL, effects=effects)
+
+
 @pytest.fixture(scope="module")
 def served(twin: ForwardTwin) -> Iterator[ModelServer]:
     server = flexura.serve(twin, LINES, ["youngs_modulus", "point_mass.mass"], MATERIAL, port=0)
