@@ -131,7 +131,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     if whole:
         headline += "With it, twin and plate agree to the noise of the measurement."
     else:
-        headline += f"This explains {100 * (1.0 - left):.0f} % of the gap; the rest is still missing."
+        headline += f"This explains {_but(left)} of the gap; the rest is still missing."
     parts = [
         ("The plate", _material(best.twin, open_=not whole and record.get("scatter") is None)),
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
@@ -224,7 +224,8 @@ def _worth(best: BestTwin, record: Record, worth: Worth | None) -> list[str]:
         said.append(_change(best.twin.laws, best.before, best.before_said))
     left = record["unexplained"]["share"]
     if left is not None:
-        said.append(f"{_first(_share(1.0 - left))} of the gap is explained{_held_out(record)}.")
+        explained = _share(1.0 - left) if record["verdict"] == "explained" else _but(left)
+        said.append(f"{_first(explained)} of the gap is explained{_held_out(record)}.")
     if worth is not None:
         gain = "nothing"
         if worth.contrast >= LEAST_CONTRAST:
@@ -246,6 +247,17 @@ def _share(value: float) -> str:
     return f"{percent:.{0 if percent < 99.0 else 2}f}{FIXED}%"
 
 
+NEARLY_ALL = 0.005
+"""Share of a gap that is left below which what is explained is told by it: 100 % would seem to be all."""
+
+
+def _but(left: float) -> str:
+    """Return the share that is explained where some is left."""
+    if left >= NEARLY_ALL:
+        return f"{100.0 * (1.0 - left):.0f}{FIXED}%"
+    return f"all but {100.0 * left:.1g}{FIXED}%"
+
+
 def _change(laws: MaterialLaws, earlier: MaterialLaws, said: str) -> str:
     """Say by how much E, nu and eta change, and where most; `said` is what the earlier laws are."""
     low = max(laws.temperature_range[0], earlier.temperature_range[0])
@@ -265,7 +277,11 @@ def _change(laws: MaterialLaws, earlier: MaterialLaws, said: str) -> str:
 
 def _left(record: Record) -> tuple[str, ...]:
     share = record["unexplained"]["share"] or 0.0
-    return (f"{_share(share)} of the gap.", *_scatter(record), *_places(record["unexplained"]["where"]))
+    return (
+        f"{100.0 * share:.2g}{FIXED}% of the gap.",
+        *_scatter(record),
+        *_places(record["unexplained"]["where"]),
+    )
 
 
 def _scatter(record: Record) -> list[str]:

@@ -72,6 +72,15 @@ def test_filters_that_gain_nothing_are_said_to_gain_nothing(tmp_path: Path, gain
     assert "0.00" not in said.partition("What it is worth")[2].partition("What is left")[0]
 
 
+def test_what_is_left_of_a_gap_that_is_nearly_explained_is_no_contradiction(tmp_path: Path) -> None:
+    """It said "this explains 100 % of the gap; the rest is still missing"."""
+    nearly = {"share": 0.00004, "where": []}
+    said = words(brief(tmp_path, "partly_explained", effects=[effect()], unexplained=nearly))
+    assert "This explains all but 0.004 % of the gap; the rest is still missing." in said
+    assert "All but 0.004 % of the gap is explained" in said
+    assert "0.004 % of the gap." in said
+
+
 def test_a_gap_that_is_explained_in_part_says_what_is_left_and_where(tmp_path: Path) -> None:
     found = brief(tmp_path, "partly_explained", effects=[{**effect(), "equivalent": ["thermal_lag"]}])
     said = words(found)
