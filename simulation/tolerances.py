@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.channel import Channel
 from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.estimates import LOSS, MODULI, TRANSVERSE
@@ -139,7 +140,7 @@ def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
             f"plate_length_{axis}",
             f"length of the plate along {axis}",
             {"longer": ("m", given.of(f"plate.length_{axis}", given.length))},
-            _stretched(axis, length, experiment.patch),
+            _stretched(axis, length, experiment.patch, _scanned(experiment, axis)),
         )
     yield from _oven(experiment)
 
@@ -203,10 +204,16 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
             share = own / declared if declared else 0.0
             yield from _quantity(f"input_{kind}", f"{kind} of the inputs", {"share": ("1", share)}, _scaled(kind))
     yield from _sensitivities(experiment)
-    placed = (*experiment.inputs, *experiment.outputs)
-    feet = [channel for channel in placed if channel.footprint is not None]
+    feet = _feet(experiment)
     yield from _contacts(experiment, [channel.id for channel in feet])
-    if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid
+    if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid, which lies somewhere on the plate
+        place = given.transducer_place
+        yield from _quantity(
+            "scan_place",
+            "place of all points of the scan",
+            {"dx": ("m", place), "dy": ("m", place)},
+            _moved("place_x", "place_y", slice(None), len(feet)),
+        )
         return
     for k, channel in enumerate(feet):
         table = "drive" if k in experiment.driven else "sensor"
@@ -224,6 +231,18 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
                 {"heavier": ("kg", given.of(f"sensor.{channel.id}.mass", given.transducer_mass))},
                 _added_to("added_mass", np.arange(len(feet)) == k, "heavier"),
             )
+
+
+def _feet(experiment: Experiment) -> list[Channel]:
+    """Channels that drive or hear at a point."""
+    placed = (*experiment.inputs, *experiment.outputs)
+    return [channel for channel in placed if channel.footprint is not None]
+
+
+def _scanned(experiment: Experiment, axis: str) -> Real:
+    """Coordinates (S,) of a scan's points, m, which were measured on the plate, however long it is; else none."""
+    points = [one.footprint.point[axis == "y"] for one in _feet(experiment) if one.footprint is not None]
+    return np.array(points if len(points) > MOST_PLACED else [])
 
 
 def _contacts(experiment: Experiment, feet: Sequence[str]) -> Iterator[Effect]:
@@ -358,8 +377,11 @@ def _added_to(attribute: str, places: NDArray[np.bool_], key: str) -> Change:
     return change
 
 
-def _stretched(axis: str, length: float, patches: Sequence[Patch]) -> Change:
-    """Stretch the plate with its patches, which keep their size: they are as much smaller along that axis."""
+def _stretched(axis: str, length: float, patches: Sequence[Patch], scanned: Real) -> Change:
+    """Stretch the plate with its patches, which keep their size: they are as much smaller along that axis.
+
+    Points of a scan (S,) stay where they are: they were as far from the plate's origin, however long it is.
+    """
     longer = _scaled(f"stretch_{axis}", 1.0 / length, "longer")
     turn = np.array([0.0 if axis == "x" else 90.0]) - [patch.angle for patch in patches]
     share = np.array([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))]) ** 2
@@ -368,7 +390,9 @@ def _stretched(axis: str, length: float, patches: Sequence[Patch]) -> Change:
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         lost = smaller * (values["longer"] / length)
         sides = {name: getattr(away, name) - one for name, one in zip(SIDES, lost, strict=True)}
-        return {**longer(away, values), **(sides if patches else {})}
+        place = f"place_{axis}"
+        held = {place: getattr(away, place) - scanned * (values["longer"] / length)} if scanned.size else {}
+        return {**longer(away, values), **(sides if patches else {}), **held}
 
     return change
 
@@ -386,8 +410,9 @@ def _enlarged(place: int, count: int, patch: Patch) -> Change:
     return change
 
 
-def _moved(along_x: str, along_y: str, place: int, count: int) -> Change:
-    here = np.arange(count) == place
+def _moved(along_x: str, along_y: str, place: int | slice, count: int) -> Change:
+    here = np.zeros(count, dtype=bool)
+    here[place] = True
     x, y = _added_to(along_x, here, "dx"), _added_to(along_y, here, "dy")
     return lambda away, values: {**x(away, values), **y(away, values)}
 
