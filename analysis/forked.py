@@ -28,7 +28,7 @@ MOST_PROCESSES = 8
 """A comparison of 16 sweeps has no more work at a time, and each takes some hundred megabytes of its own."""
 PATIENCE, AT_LEAST = 10.0, 60.0
 """Times that this process took for its own share, and s at least, after which a copy is given up."""
-LEFT_TO_THE_PARENT = (signal.SIGINT, signal.SIGTERM)
+LEFT_TO_THE_PARENT = tuple(one for one in signal.Signals if one.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 """Signals whose handlers belong to the process that was started: they write its last lines, and end its copies."""
 
 

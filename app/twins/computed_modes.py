@@ -17,6 +17,8 @@ from simulation.twin.loaded_modes import LoadedModes, attached_poles
 
 PARTS_OF_BAND = 6
 """Parts of the band, at the middle of each of which modes are computed where the stiffness changes along it."""
+MOST_READ = 20
+"""Projections of a fit that begins at a twin's own poles: where these stand alone, it needs two."""
 CLOSE = 1.01
 """Ratio of neighbouring lines between which what is attached changes evenly: half the width of the resonance of a
 resonator with a loss factor of 0.02."""
@@ -121,4 +123,4 @@ def poles_as_read(poles: Complex, frequency: Real, h: Complex, deviation: Real, 
     (J,) complex ndarray
         In the order of `poles`.
     """
-    return fit(Lines(frequency, h, deviation), poles, terms).poles
+    return fit(Lines(frequency, h, deviation), poles, terms, tolerance=1e-4, max_iterations=MOST_READ).poles
