@@ -303,8 +303,13 @@ class DeclaredQuantity:
             said = f"{self.words} ({self.parameter}): {times} times its declaration"
             return f"{said} (tolerance: a factor of {factor_of})"
         value, sigma, tolerance = (factor * one for one in (self.value, self.sigma, self.tolerance))
-        said = f"{self.words}{along}: {value:+.2g} ± {sigma:.1g} {unit} from its declaration"
-        return f"{said} (tolerance {tolerance:.2g})"
+        said = f"{self.words}{along}: {_short(value, 2, '+')} ± {_short(sigma, 1)} {unit} from its declaration"
+        return f"{said} (tolerance {_short(tolerance, 2)})"
+
+
+def _short(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with few digits, never as a power of ten."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10**digits else f"{value:{sign}.{digits}g}"
 
 
 def doubts(quantities: Sequence[DeclaredQuantity]) -> list[str]:

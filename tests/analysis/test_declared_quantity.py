@@ -19,6 +19,9 @@ def test_beyond_three_tolerances_the_declaration_is_doubtful():
 
 def test_a_sentence_has_people_s_units():
     assert quantity().sentence == ("place of patch S1 along x: +2.1 ± 0.2 mm from its declaration (tolerance 0.3)")
+    contact = quantity("transducer_contact S1", parameter="larger", unit="1", value=5.9, tolerance=1.0)
+    found = replace(contact, words="contact area of S1", sigma=1.04).sentence
+    assert found == "contact area of S1: +590 ± 104 % from its declaration (tolerance 100)"
 
 
 def test_what_the_data_do_not_tell_is_named_once():
