@@ -152,6 +152,9 @@ def command(
     that take a campaign take its folder. An experiment gets the terminals and the port of the devices that are
     connected to this computer; at a terminal you are asked for plate and oven.
     """
+    twice = [str(one) for one in dict.fromkeys(files) if [f.resolve() for f in files].count(one.resolve()) > 1]
+    if twice:
+        raise click.BadParameter(f"{twice[0]} is named twice; each file once", param_hint="FILES")
     if what != "experiment":
         _refuse("belongs to an experiment", {"--oven": oven, "--port": port})
     of_tests: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving, "--same-point": same_point}

@@ -98,6 +98,10 @@ def test_the_verb_writes_both(tmp_path: Path, run_flexura: Flexura, monkeypatch:
         ("test", "--port", "COM3"),
     ):
         assert run_flexura("new", *wrong)[0] == 2
+    (tmp_path / "a.csv").write_text("f\n1\n", encoding="utf-8")
+    again = tmp_path / "." / "a.csv"
+    status, _, err = run_flexura("new", "test", tmp_path / "a.csv", again)
+    assert (status, "a.csv is named twice" in err) == (2, True), err
     status, _, err = run_flexura("new", "experiment", *words[:-1], "--oven", "watlow-f4t")
     assert (status, "four numbers are wanted" in err) == (2, True), err
     status, _, err = run_flexura("new", "experiment", "--kind", "hammer", *words, "--oven", "watlow-f4t")
