@@ -244,10 +244,15 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
 
 
 def _shape_words(frfs: FrfSet, shapes: ModeShapes) -> str:
-    known = all(int(place.partition(":")[0]) in frfs.points for place in shapes.places)
-    return "Real parts, the largest component 1; " + (
-        "over the places of the nodes." if known else "by node: their places are not declared ([points])."
-    )
+    nodes = {int(place.partition(":")[0]) for place in shapes.places}
+    unknown = sorted(nodes - frfs.points.keys())
+    where = "over the places of the nodes"
+    if unknown:
+        few = ", ".join(map(str, unknown[:3])) + (", ..." if len(unknown) > 3 else "")
+        where = f"by node: the places of {len(unknown)} of {len(nodes)} nodes are not known ({few})"
+    drawn, there = DRAWN_SHAPES, len(shapes.pole)
+    more = f" The first {drawn} of {there} shapes; flexura view shows all." if there > drawn else ""
+    return f"Real parts, the largest component 1; {where}.{more}"
 
 
 def auto_mac(modes: Modes, shapes: ModeShapes) -> Figure:

@@ -92,7 +92,7 @@ def _beside(ours: float, sigma: float, paper: float, step: float) -> str:
     away = abs(ours - paper) / float(np.hypot(sigma, step / np.sqrt(12.0)))
     if away <= AGREEING_SIGMA:
         return CLOSE
-    return f"differs by {away:.0f} σ, {100.0 * (ours / paper - 1.0):+.1f} %: {SPECIMEN}"
+    return f"differs by {away:.0f} σ, {100.0 * (ours / paper - 1.0):+.1f} %, its rounding counted: {SPECIMEN}"
 
 
 def _nearest(temperature: Real, wanted: float) -> int | None:
