@@ -4,7 +4,7 @@ Advice on a protocol: settings that are allowed, but give worse results.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from analysis.experiment import LEAST_LINES
@@ -219,6 +219,32 @@ def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
         f"on a ramp of {ramp_rate:g} K/min a sweep of {duration:g} s spreads over {rate * duration:.2g} K, which "
         f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks; {longest:.2g} s or less, "
         f"or a slower ramp, keep it below {100 * LEAST_CHANGE:g} %",
+    )
+
+
+USUAL_LAG = 300.0
+"""Of 3 mm of polymer in moving air, s: c h rho/(2 alpha), alpha = 10 W/m2K."""
+
+
+def unseen_lag(watch: str, legs: Sequence[str], ramp_rate: float) -> tuple[str, ...]:
+    """Warn where the plate may lag behind what triggers the sweeps, and nothing in the data would show it.
+
+    Parameters
+    ----------
+    watch : str
+        Temperature that triggers a sweep, ``plate`` or ``air``.
+    legs : sequence of str
+        Ramps of the programme.
+    ramp_rate : float
+        K/min.
+    """
+    if watch != "air" or len(set(legs)) > 1:
+        return ()
+    behind = ramp_rate / 60.0 * USUAL_LAG
+    return (
+        f"the air triggers the sweeps of one ramp of {ramp_rate:g} K/min: the plate may be {behind:.2g} K behind "
+        f"it (a lag of {USUAL_LAG:g} s), which shifts all laws, and nothing in the data would show it; measure up "
+        "and down, or watch a thermometer on the plate",
     )
 
 

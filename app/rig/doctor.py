@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from analysis.protocol.acceptance import DURATION, InputLevels
+from analysis.protocol.objections import unseen_lag
 from app.files.acquisition.campaign_folder import SPARE_DISK
 from app.files.acquisition.hammer_folder import HITS
 from app.files.bad_file import ResultFileError
@@ -74,6 +75,10 @@ def examine(experiment: AcquiredExperiment | HammerExperiment | None, folder: Pa
         elif experiment.oven is not None:
             yield look_at_oven(experiment.oven, needed=real)
         yield Finding("campaign", FindingState.GOOD, _amount(experiment))
+        if isinstance(experiment, AcquiredExperiment):
+            programme = experiment.programme
+            for sentence in unseen_lag(programme.watch, programme.legs, programme.ramp_rate):
+                yield Finding("temperature of the plate", FindingState.NOTE, sentence)
     yield look_at_disk(experiment, folder)
     yield _clock(folder)
 

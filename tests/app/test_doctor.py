@@ -101,6 +101,15 @@ def test_a_simulated_rig_needs_neither_driver_nor_oven() -> None:
     assert "7 sweeps, about 1 h 27 min" in result.stdout
 
 
+def test_a_lag_that_no_data_would_show_is_told() -> None:
+    """Of the paper's own protocol: E, nu and eta were three sigma off without a word."""
+    result = run(EXAMPLE.parent / "paper-protocol.toml", "--json")
+    found = findings(result)["temperature of the plate"]
+    assert found["state"] == "note"
+    assert "one ramp of 0.4 K/min: the plate may be 2 K behind it" in found["seen"]
+    assert "temperature of the plate" not in findings(run(EXAMPLE, "--json"))  # a thermocouple triggers there
+
+
 def test_a_simulated_rig_that_cannot_be_wired_is_not_ready(tmp_path: Path) -> None:
     """It said "ready", and acquire refused the file."""
     wrong = tmp_path / "wrong.toml"

@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.objections import LOSS_FACTOR, STIFFNESS_CHANGE, change_over_repeats, change_within_sweep
+from analysis.protocol.objections import (
+    LOSS_FACTOR,
+    STIFFNESS_CHANGE,
+    change_over_repeats,
+    change_within_sweep,
+    unseen_lag,
+)
 
 
 def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:
@@ -25,6 +31,12 @@ def test_what_is_recommended_needs_no_advice() -> None:
     (said,) = change_within_sweep(15.0, 0.4)
     assert "7.5 s or less" in said
     assert change_within_sweep(7.4, 0.4) == ()
+
+
+def test_a_lag_is_told_where_no_data_would_show_it() -> None:
+    assert unseen_lag("plate", ("up",), 0.4) == unseen_lag("air", ("up", "down"), 0.4) == ()
+    (said,) = unseen_lag("air", ("down",), 0.4)
+    assert "may be 2 K behind" in said
 
 
 def test_repeats_on_a_slow_ramp_or_of_a_metal_need_no_advice() -> None:
