@@ -100,8 +100,8 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
         if sample_rate is not None and file.samplerate != sample_rate:
             raise ResultFileError(
                 f"{path}: sampled at {file.samplerate} Hz; the filters run at {sample_rate:g} Hz: convert it "
-                f"to that rate, or make filters of its rate: flexura focus RUN --sample-rate {file.samplerate}, "
-                "and then flexura compensate RUN where that folder holds compensation.h5"
+                f"to that rate, or make filters of its rate: flexura focus with --sample-rate {file.samplerate}, "
+                "and after it flexura compensate where compensation.h5 is there"
             )
         yield Sound(path, file.samplerate, file.frames, file.channels, file)
 

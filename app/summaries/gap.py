@@ -328,7 +328,7 @@ def description_words(record: Record) -> list[str]:
         words.append(f"On this plate it would look the same {places}.")
     share = f"{100 * best['share']:.0f}{FIXED}%"
     words.append(
-        f"It explains {share} of {'what is left' if record['effects'] else 'the gap'}"
+        f"It explains {share} of {'what is left' if record.get('effects') else 'the gap'}"
         + ("." if best["share"] >= WEAK_SHARE else ": a hint, no more.")
     )
     if found["effect_file"]:

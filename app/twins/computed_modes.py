@@ -115,8 +115,12 @@ def poles_as_read(poles: Complex, frequency: Real, h: Complex, deviation: Real, 
     ----------
     poles : (J,) complex ndarray
         rad/s, upper half plane, as measured.
-    frequency, h, deviation, terms
-        As of `residues_at`.
+    frequency : (F,) ndarray, Hz
+    h : (K, F) complex ndarray
+        Of the twin.
+    deviation : (K, F) ndarray
+        Of the measured FRFs: their weights.
+    terms : ResidualTerms
 
     Returns
     -------

@@ -169,7 +169,7 @@ def _write(path, samples, rate=RATE, **words):
         (
             lambda p: _write(p, np.zeros(100), 44_100),
             "20",
-            "make filters of its rate: flexura focus RUN --sample-rate 44100, and then flexura compensate RUN",
+            "make filters of its rate: flexura focus with --sample-rate 44100, and after it flexura compensate",
         ),
         (
             lambda p: _write(p, np.append(np.zeros(900), np.nan), subtype="FLOAT"),
