@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.channel import Channel
 from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.estimates import LOSS, MODULI, TRANSVERSE
@@ -204,7 +203,8 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
             share = own / declared if declared else 0.0
             yield from _quantity(f"input_{kind}", f"{kind} of the inputs", {"share": ("1", share)}, _scaled(kind))
     yield from _sensitivities(experiment)
-    feet = _feet(experiment)
+    placed = (*experiment.inputs, *experiment.outputs)
+    feet = [channel for channel in placed if channel.footprint is not None]
     yield from _contacts(experiment, [channel.id for channel in feet])
     if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid, which lies somewhere on the plate
         place = given.transducer_place
@@ -233,15 +233,9 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
             )
 
 
-def _feet(experiment: Experiment) -> list[Channel]:
-    """Channels that drive or hear at a point."""
-    placed = (*experiment.inputs, *experiment.outputs)
-    return [channel for channel in placed if channel.footprint is not None]
-
-
 def _scanned(experiment: Experiment, axis: str) -> Real:
     """Coordinates (S,) of a scan's points, m, which were measured on the plate, however long it is; else none."""
-    points = [one.footprint.point[axis == "y"] for one in _feet(experiment) if one.footprint is not None]
+    points = [one.point[axis == "y"] for one in experiment.footprints]
     return np.array(points if len(points) > MOST_PLACED else [])
 
 

@@ -1,6 +1,7 @@
 """``flexura new``: a declaration to start from."""
 
 import sys
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -152,9 +153,10 @@ def command(
     that take a campaign take its folder. An experiment gets the terminals and the port of the devices that are
     connected to this computer; at a terminal you are asked for plate and oven.
     """
-    twice = [str(one) for one in dict.fromkeys(files) if [f.resolve() for f in files].count(one.resolve()) > 1]
-    if twice:
-        raise click.BadParameter(f"{twice[0]} is named twice; each file once", param_hint="FILES")
+    known = Counter(one.resolve() for one in files)
+    for one in files:
+        if known[one.resolve()] > 1:
+            raise click.BadParameter(f"{one} is named twice; each file once", param_hint="FILES")
     if what != "experiment":
         _refuse("belongs to an experiment", {"--oven": oven, "--port": port})
     of_tests: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving, "--same-point": same_point}

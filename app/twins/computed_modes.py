@@ -86,18 +86,15 @@ def _within(poles: Complex, low: float, high: float) -> Complex:
     return poles[(f >= low) & (f < high) & (poles.real < 0.0)]
 
 
-def residues_at(poles: Complex, frequency: Real, h: Complex, deviation: Real, terms: ResidualTerms) -> Complex:
+def residues_at(poles: Complex, of_twin: Lines, terms: ResidualTerms) -> Complex:
     """Residues of a twin's FRFs at its poles, as an identification of these FRFs has them.
 
     Parameters
     ----------
     poles : (J,) complex ndarray
         rad/s.
-    frequency : (F,) ndarray, Hz
-    h : (K, F) complex ndarray
-        Of the twin.
-    deviation : (K, F) ndarray
-        Of the measured FRFs: their weights.
+    of_twin : Lines
+        Its FRFs, with the weights of the measured ones.
     terms : ResidualTerms
         For the modes outside the band.
 
@@ -105,26 +102,22 @@ def residues_at(poles: Complex, frequency: Real, h: Complex, deviation: Real, te
     -------
     (K, J) complex ndarray
     """
-    return project(Lines(frequency, h, deviation), poles, terms, derivatives=False).residues
+    return project(of_twin, poles, terms, derivatives=False).residues
 
 
-def poles_as_read(poles: Complex, frequency: Real, h: Complex, deviation: Real, terms: ResidualTerms) -> Complex:
+def poles_as_read(poles: Complex, of_twin: Lines, terms: ResidualTerms) -> Complex:
     """Poles that a fit makes of a twin's FRFs, begun at some poles.
 
     Parameters
     ----------
     poles : (J,) complex ndarray
         rad/s, upper half plane, as measured.
-    frequency : (F,) ndarray, Hz
-    h : (K, F) complex ndarray
-        Of the twin.
-    deviation : (K, F) ndarray
-        Of the measured FRFs: their weights.
-    terms : ResidualTerms
+    of_twin, terms
+        As of `residues_at`.
 
     Returns
     -------
     (J,) complex ndarray
         In the order of `poles`.
     """
-    return fit(Lines(frequency, h, deviation), poles, terms, tolerance=1e-4, max_iterations=MOST_READ).poles
+    return fit(of_twin, poles, terms, tolerance=1e-4, max_iterations=MOST_READ).poles

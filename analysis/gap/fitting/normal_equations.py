@@ -8,7 +8,7 @@ of zeros.
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,6 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.material import LocalLaws
 from analysis.twin_model import Linearisation, Tangent, TwinModel
-
-Made = TypeVar("Made")
 
 VALUES, LAWS, TEMPERATURE, GLOBAL = slice(0, 3), slice(0, 9), 9, 10
 """Indices of the columns: laws without and with derivatives, unknown of a sweep, first unknown of the campaign."""

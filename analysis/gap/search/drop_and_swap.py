@@ -199,8 +199,9 @@ def _swapped(
     best, enough = None, fit.log_evidence + LIKELIER * context.overstated(fit)
     for name in fit.state.effects:
         contest = last.without(name)
-        begin = _contenders(context, fit, last, name, SWAP_SHARE * losses[name].gain, blind)
         rest = tuple(one for one in fit.state.effects if one != name)
+        relative = relative_evidence(context, fit, last, name, blind)
+        begin = _contenders(context, contest, name, rest, relative, SWAP_SHARE * losses[name].gain)
         near = list(begin)
         aside = {(*rest, other): context.set_aside((*rest, other), enough) for other in near}
         far = _Few.without(context, baseline, fit, name) if near else None
@@ -225,24 +226,28 @@ def _swapped(
 
 
 def _contenders(
-    context: SearchContext, fit: GapFit, last: ScoreTest, name: str, behind: float, blind: Sequence[str]
+    context: SearchContext,
+    contest: ScoreTest,
+    name: str,
+    rest: tuple[str, ...],
+    relative: Mapping[str, float],
+    behind: float,
 ) -> dict[str, Candidate]:
     """Close alternatives to an effect that were not fitted, or not from the place where it stands; the best first.
 
     Of several sites a fit begins at the best to first order without the effect: where that is far from the place
     of what is missing, it ends at another one.
     """
-    contest = last.without(name)
     offered = {c.effects[0]: c for c in contest.candidates()}
-    rest, near = frozenset(fit.state.effects) - {name}, {}
-    for other, relative in relative_evidence(context, fit, last, name, blind).items():
+    near = {}
+    for other, nats in relative.items():
         one, own_sites = offered[other], len(context.model.cards[other].sites)
-        if context.fits.known(rest | {other}) is not None and relative <= 0.0:
+        if context.fits.known((*rest, other)) is not None and nats <= 0.0:
             promised = one.gain - offered[name].gain
-            if contest.columns[one.columns[0]].site < own_sites or promised < relative + CLASS_NATS:
+            if contest.columns[one.columns[0]].site < own_sites or promised < nats + CLASS_NATS:
                 continue
-            relative = promised
-        if relative > -behind:
-            near[other] = relative
+            nats = promised
+        if nats > -behind:
+            near[other] = nats
     best = sorted(near, key=lambda other: -near[other])[:SWAPS_REFITTED]
     return {other: offered[other] for other in best}

@@ -13,6 +13,7 @@ from analysis.experiment import Experiment
 from analysis.gap.data.preparation import sweep_points
 from analysis.geometry.loop import GeometryError
 from analysis.identification.automatic import identify
+from analysis.identification.lines import Lines
 from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.pole_residue import ResidualTerms, choices_for
@@ -198,13 +199,12 @@ def paired_sweeps(
         if poles is None:
             return None
         inside = used & (frf.frequency >= modes.band[0] - 1e-6) & (frf.frequency <= modes.band[1] + 1e-6)
-        lines, deviation = frf.frequency[inside], np.sqrt(frf.variance[t][:, inside])
-        residues = residues_at(poles, lines, answers[t][:, inside], deviation, measured.terms)
+        of_twin = Lines(frf.frequency[inside], answers[t][:, inside], np.sqrt(frf.variance[t][:, inside]))
+        residues = residues_at(poles, of_twin, measured.terms)
         rms = np.sqrt((np.abs(frf.h[t][:, inside]) ** 2).mean(axis=1))
         computed = ModeList.computed(poles, residues, rms, modes.damping)
         found = pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed)
-        of_twin = {"frequency": lines, "h": answers[t][:, inside], "deviation": deviation, "terms": measured.terms}
-        pairs.append(found.as_read(modes, poles, partial(poles_as_read, **of_twin)))
+        pairs.append(found.as_read(modes, poles, partial(poles_as_read, of_twin=of_twin, terms=measured.terms)))
         sizes.append(rms)
     rows = list(measured.modes)
     compared = _points(experiment, pairs, sizes, [laws[t] for t in measured.modes])

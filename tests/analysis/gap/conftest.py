@@ -295,8 +295,40 @@ def toy():
     return ToyTools
 
 
+def placed_plate(cards, size=lambda one, frequency: one["grams"]):
+    """Return a plate whose resonances a thing of some size shifts alike at all images of its place.
+
+    Residues tell the images apart. `size` gives that of one effect by its values and the frequencies.
+    """
+
+    class Placed(ToyPlate):
+        here = ()
+
+        @property
+        def cards(self):
+            return cards
+
+        def modes(self):
+            frequency, residue, by_nu, patterns = super().modes()
+            n = np.arange(1, len(frequency) + 1)
+            for one in self.here:
+                x, y, share = np.pi * one["x"], np.pi * one["y"], 0.01 * size(one, frequency)
+                lean = np.cos(x) + 0.5 * np.cos(y) + np.cos(x) * np.cos(y)
+                frequency = frequency * (1.0 - share * np.sin(n * x) ** 2 * np.sin((n % 5 + 1) * y) ** 2)
+                residue = residue * (1.0 + share * lean * np.cos(n))
+            return frequency, residue, by_nu, patterns
+
+        def transfer(self, point, laws, effects, frequency):
+            other = Placed(self.channels)
+            other.here = tuple(effects.values())
+            return ToyPlate.transfer(other, point, laws, {}, frequency)
+
+    return Placed(2)
+
+
 class ToyTools:
     Plate = ToyPlate
+    placed = staticmethod(placed_plate)
     cards = CARDS
     gain = GAIN
     gains = GAINS

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.automatic import identify
+from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.pole_residue import COMPLEX_E_F_G
 from analysis.identification.settings import Settings
@@ -36,10 +37,10 @@ def paired(zeta, noise, shift=0.0, seed=1):
     deviation = np.full(h.shape, level)
     modes = identify(Measured(LINES, measured, deviation**2), Settings(terms=(COMPLEX_E_F_G,)))
     rms, theirs = np.sqrt((np.abs(measured) ** 2).mean(axis=1)), poles * (1.0 + shift)
-    of_twin = {"frequency": LINES, "h": answer(theirs), "deviation": deviation, "terms": COMPLEX_E_F_G}
-    computed = ModeList.computed(theirs, residues_at(theirs, **of_twin), rms, modes.damping)
+    of_twin = Lines(LINES, answer(theirs), deviation)
+    computed = ModeList.computed(theirs, residues_at(theirs, of_twin, COMPLEX_E_F_G), rms, modes.damping)
     before = pair_modes(20.0, (400.0, 1000.0), ModeList.measured(modes, rms), computed)
-    return before, before.as_read(modes, theirs, partial(poles_as_read, **of_twin))
+    return before, before.as_read(modes, theirs, partial(poles_as_read, of_twin=of_twin, terms=COMPLEX_E_F_G))
 
 
 def test_a_pole_between_two_modes_is_as_uncertain_as_it_is_far_from_them():

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from analysis.effect_card import EffectCard, Parameter
@@ -48,31 +47,10 @@ def test_an_effect_is_tried_where_another_stands():
 def plate_with(toy):
     """Return a plate on which a clip acts like a spot, the less the higher the resonance is."""
 
-    class WithClip(toy.Plate):
-        here = ()
+    def size(one, frequency):
+        return one["grams"] if "grams" in one else one["force"] / (1.0 + (frequency / one["tone"]) ** 2)
 
-        @property
-        def cards(self):
-            return {"spot": SPOT, "clip": CLIP}
-
-        def modes(self):
-            frequency, residue, by_nu, patterns = super().modes()
-            n = np.arange(1, len(frequency) + 1)
-            for one in self.here:
-                x, y = np.pi * one["x"], np.pi * one["y"]
-                size = one["grams"] if "grams" in one else one["force"] / (1.0 + (frequency / one["tone"]) ** 2)
-                pull = np.sin(n * x) ** 2 * np.sin((n % 5 + 1) * y) ** 2
-                lean = np.cos(x) + 0.5 * np.cos(y) + np.cos(x) * np.cos(y)
-                frequency = frequency * (1.0 - 0.01 * size * pull)
-                residue = residue * (1.0 + 0.01 * size * lean * np.cos(n))
-            return frequency, residue, by_nu, patterns
-
-        def transfer(self, point, laws, effects, frequency):
-            other = WithClip(self.channels)
-            other.here = tuple(effects.values())
-            return toy.Plate.transfer(other, point, laws, {}, frequency)
-
-    return WithClip(2)
+    return toy.placed({"spot": SPOT, "clip": CLIP}, size)
 
 
 def test_it_is_fitted_from_there_before_a_name_is_given(toy, pool):

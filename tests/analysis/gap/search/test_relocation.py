@@ -62,37 +62,11 @@ SPOT = EffectCard(
 )
 
 
-def symmetrical(toy):
-    """Return a plate whose resonances a spot shifts alike at all its images; residues tell them apart."""
-
-    class Symmetrical(toy.Plate):
-        here = ()
-
-        @property
-        def cards(self):
-            return {"spot": SPOT, "second_spot": replace(SPOT, name="second_spot", after="spot")}
-
-        def modes(self):
-            frequency, residue, by_nu, patterns = super().modes()
-            for spot in self.here:
-                n = np.arange(1, len(frequency) + 1)
-                x, y = np.pi * spot["x"], np.pi * spot["y"]
-                pull = spot["grams"] * np.sin(n * x) ** 2 * np.sin((n % 5 + 1) * y) ** 2
-                lean = spot["grams"] * (np.cos(x) + 0.5 * np.cos(y) + np.cos(x) * np.cos(y))
-                frequency = frequency * (1.0 - 0.01 * pull)
-                residue = residue * (1.0 + 0.01 * lean * np.cos(n))
-            return frequency, residue, by_nu, patterns
-
-        def transfer(self, point, laws, effects, frequency):
-            other = Symmetrical(self.channels)
-            other.here = tuple(effects.values())
-            return toy.Plate.transfer(other, point, laws, {}, frequency)
-
-    return Symmetrical(2)
+CARDS = {"spot": SPOT, "second_spot": replace(SPOT, name="second_spot", after="spot")}
 
 
 def test_a_fit_at_the_mirror_image_of_a_place_is_put_where_it_belongs(toy, pool):
-    plate = symmetrical(toy)
+    plate = toy.placed(CARDS)
     true = {"grams": 3.0, "x": 0.7, "y": 0.3}
     frf, protocol = toy.record(effects={"spot": true}, temperatures=(18.0, 26.0, 34.0), plate=plate)
     updated = toy.updated(frf)
@@ -112,7 +86,7 @@ def test_a_fit_at_the_mirror_image_of_a_place_is_put_where_it_belongs(toy, pool)
 
 def test_each_of_two_alike_is_tried_elsewhere(toy, pool):
     """Without the first, the second takes its name, and is what is missing then; that ended with a traceback."""
-    plate = symmetrical(toy)
+    plate = toy.placed(CARDS)
     first, second = {"grams": 3.0, "x": 0.7, "y": 0.3}, {"grams": 2.0, "x": 0.2, "y": 0.5}
     true = {"spot": first, "second_spot": second}
     frf, protocol = toy.record(effects=true, temperatures=(18.0, 26.0, 34.0), plate=plate)
