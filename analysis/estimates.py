@@ -371,6 +371,7 @@ KINDS = {
     "plate_length_x": "lengths",
     "plate_length_y": "lengths",
     "oven_reading": "oven",
+    "plate_lag": "lag of the plate",
     "patch_place": "places of patches",
     "patch_size": "sizes of patches",
     "patch_thickness": "thickness of patches",

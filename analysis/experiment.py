@@ -190,10 +190,19 @@ class Protocol(Declared):
         return sweep_timing(self.sweep, self.band, self.taper, self.sweep_duration, self.record)
 
 
-class OvenDeclaration(Declared):
-    """The oven and the room it stands in."""
+class OvenDeclaration(Sparse):
+    """The oven and the room it stands in.
+
+    Attributes
+    ----------
+    room_temperature : float
+        Degrees Celsius.
+    reading : str
+        What the sweeps' temperatures are those of: the ``air`` of the oven, or a sensor on the ``plate``.
+    """
 
     room_temperature: Temperature
+    reading: Literal["air", "plate"] = "air"
 
 
 class Experiment(Sparse):
@@ -252,6 +261,12 @@ class Experiment(Sparse):
     def footprints(self) -> tuple[Footprint, ...]:
         """Where forces act and motions are read: of the inputs, then of the outputs."""
         return tuple(c.footprint for c in (*self.inputs, *self.outputs) if c.footprint is not None)
+
+    @property
+    def unseen_lag(self) -> bool:
+        """Whether the plate may lag behind its temperatures, and nothing recorded tells: one ramp, by the air."""
+        protocol = self.protocol
+        return self.oven.reading == "air" and protocol.ramp_rate > 0.0 and len(protocol.directions) == 1
 
     @property
     def level_units(self) -> tuple[str, ...]:

@@ -142,6 +142,8 @@ def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
             _stretched(axis, length, experiment.patch, _scanned(experiment, axis)),
         )
     yield from _oven(experiment)
+    if experiment.unseen_lag:
+        yield from _lag(experiment)
 
 
 def _oven(experiment: Experiment) -> Iterator[Effect]:
@@ -155,6 +157,20 @@ def _oven(experiment: Experiment) -> Iterator[Effect]:
         return state.with_(temperature=state.temperature + away)
 
     card = _card("oven_reading", "temperature of the plate less the oven's reading", wanted)
+    if card is not None:
+        yield Effect(lambda _: card, apply)
+
+
+def _lag(experiment: Experiment) -> Iterator[Effect]:
+    """Lag of the plate behind the air, as `simulation.effects.thermal_lag`; one ramp cannot tell it."""
+    card = _card(
+        "plate_lag", "lag of the plate behind the air", {"behind": ("s", experiment.tolerances.plate_lag)}
+    )
+
+    def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+        behind = values.get("behind", 0.0) * circumstances.point.rate
+        return state.with_(temperature=state.temperature - behind)
+
     if card is not None:
         yield Effect(lambda _: card, apply)
 

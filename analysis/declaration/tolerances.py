@@ -16,6 +16,9 @@ Share = Annotated[float, Field(ge=0.0, le=0.3)]
 Logarithm = Annotated[float, Field(ge=0.0, le=2.0)]
 Distance = Annotated[float, Field(ge=0.0, le=0.01, description="m")]
 
+USUAL_LAG = 300.0
+"""Of 3 mm of polymer in moving air, s: c h rho/(2 alpha), alpha = 10 W/m2K."""
+
 
 class Tolerances(Declared):
     """``[tolerances]``: standard deviations; 0 for what is exact.
@@ -51,6 +54,9 @@ class Tolerances(Declared):
         Of the plate's temperature at room temperature, less the reading, K.
     oven_slope : float
         Of the same, per kelvin above it, as a share.
+    plate_lag : float
+        Of the plate's lag behind the air, s, in sweeps of one ramp at temperatures of the air: where nothing
+        recorded tells it.
     moduli, transverse_shear : float
         Of an orthotropic sheet: of each of Ex, Ey and G12, and of each transverse shear modulus where these are
         declared (where not, a factor of e; 0 holds them there too), natural logarithms; 0.25 is about 25 %.
@@ -86,6 +92,7 @@ class Tolerances(Declared):
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005
+    plate_lag: Annotated[float, Field(ge=0.0, le=7200.0, description="s")] = USUAL_LAG
     moduli: Logarithm = 0.25
     transverse_shear: Logarithm = 0.3
     loss_direction: Logarithm = 0.7

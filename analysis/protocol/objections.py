@@ -4,10 +4,10 @@ Advice on a protocol: settings that are allowed, but give worse results.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from analysis.experiment import LEAST_LINES
+from analysis.experiment import LEAST_LINES, Experiment
 from analysis.protocol.protocol import AcquisitionProtocol
 
 ALIAS_FREE_SHARE = 0.45
@@ -222,29 +222,16 @@ def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
     )
 
 
-USUAL_LAG = 300.0
-"""Of 3 mm of polymer in moving air, s: c h rho/(2 alpha), alpha = 10 W/m2K."""
-
-
-def unseen_lag(watch: str, legs: Sequence[str], ramp_rate: float) -> tuple[str, ...]:
-    """Warn where the plate may lag behind what triggers the sweeps, and nothing in the data would show it.
-
-    Parameters
-    ----------
-    watch : str
-        Temperature that triggers a sweep, ``plate`` or ``air``.
-    legs : sequence of str
-        Ramps of the programme.
-    ramp_rate : float
-        K/min.
-    """
-    if watch != "air" or len(set(legs)) > 1:
+def unseen_lag(experiment: Experiment) -> tuple[str, ...]:
+    """Warn where the plate may lag behind the temperatures of its sweeps, and nothing recorded would show it."""
+    lag = experiment.tolerances.plate_lag
+    if not (experiment.unseen_lag and lag):
         return ()
-    behind = ramp_rate / 60.0 * USUAL_LAG
+    rate = experiment.protocol.ramp_rate
     return (
-        f"the air triggers the sweeps of one ramp of {ramp_rate:g} K/min: the plate may be {behind:.2g} K behind "
-        f"it (a lag of {USUAL_LAG:g} s), which shifts all laws, and nothing in the data would show it; measure up "
-        "and down, or watch a thermometer on the plate",
+        f"temperatures are the air's, on one ramp of {rate:g} K/min: the plate may be {rate / 60.0 * lag:.2g} K "
+        f"behind it (tolerances.plate_lag, {lag:g} s). Nothing in the data would show it, and the σ of the laws "
+        "contains it; measure up and down, or read a thermometer on the plate",
     )
 
 

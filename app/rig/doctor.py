@@ -76,8 +76,7 @@ def examine(experiment: AcquiredExperiment | HammerExperiment | None, folder: Pa
             yield look_at_oven(experiment.oven, needed=real)
         yield Finding("campaign", FindingState.GOOD, _amount(experiment))
         if isinstance(experiment, AcquiredExperiment):
-            programme = experiment.programme
-            for sentence in unseen_lag(programme.watch, programme.legs, programme.ramp_rate):
+            for sentence in unseen_lag(experiment.recorded(experiment.sample_rate)):
                 yield Finding("temperature of the plate", FindingState.NOTE, sentence)
     yield look_at_disk(experiment, folder)
     yield _clock(folder)

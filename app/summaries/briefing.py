@@ -321,6 +321,11 @@ def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[
                 f"Not told by the data, and taken as declared: {', '.join(asked)} of the plate. Where one of them "
                 "is off by more than its tolerance, E is off by more than its ±."
             )
+    if lag := next((one.tolerance for one in declared if one.name == "plate_lag"), None):
+        said.append(
+            f"The temperatures are the air's, on one ramp: the ± contain that the plate may lag {lag:.0f}{FIXED}s "
+            "behind. Measure up and down, or on the plate, and they are smaller."
+        )
     return [("How well known", [*said, *unseen])]
 
 

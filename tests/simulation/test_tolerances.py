@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import HeldEffects
-from simulation.effects import point_mass, transverse_shear
+from simulation.effects import point_mass, thermal_lag, transverse_shear
 from simulation.reduction.effect_reduction import reduce_with_departures
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import NCE51, PIEZO_MATERIALS, VACUUM_PERMITTIVITY
@@ -136,6 +136,41 @@ def test_shear_across_the_plate_is_what_its_effect_changes(coarse):
     released = HeldEffects.around(known).releasing(["plate_shear"])
     assert "transverse_shear" in released.cards
     assert "plate_shear" not in released.tolerance_cards
+
+
+def on_ramps(patched, directions=("up",), reading="air", rate=0.4):
+    """Return the plate whose sweeps are made on ramps of so many K/min."""
+    table = patched.model_dump()
+    protocol = table["protocol"] | {"directions": directions, "ramp_rate": rate}
+    return Experiment.model_validate(table | {"protocol": protocol, "oven": table["oven"] | {"reading": reading}})
+
+
+@pytest.mark.parametrize(
+    ("ramps", "free"),
+    [
+        ({}, True),
+        ({"directions": ("down",)}, True),
+        ({"directions": ("up", "down")}, False),  # there it is found, as an effect
+        ({"reading": "plate"}, False),
+        ({"rate": 0.0}, False),
+    ],
+)
+def test_the_plate_may_lag_where_nothing_recorded_tells(patched, ramps, free):
+    known = tolerances(on_ramps(patched, **ramps), np.ones(2))
+    assert ("plate_lag" in known) == free
+
+
+def test_a_plate_that_lags_is_what_its_effect_changes(made, patched, coarse_mesh):
+    """On one ramp all laws were shifted by 1 K, and their sigma contained 0.3 K."""
+    twin = made(on_ramps(patched), Fineness(coarse_mesh, degree=4, tolerance=0.0))
+    twin = replace(twin, library={"thermal_lag": thermal_lag.EFFECT})
+    point, name = replace(POINT, rate=0.4 / 60.0), "plate_lag"
+    here = {**zeros(twin), name: {"behind": 300.0}}
+    wanted = twin.frf(LAWS, LINES, {**zeros(twin), "thermal_lag": {"tau": 300.0}}, point)
+    np.testing.assert_allclose(twin.frf(LAWS, LINES, here, point), wanted, rtol=1e-9)
+    line = twin.linearise(LAWS, LINES, zeros(twin), point, [(name, "behind", zeros(twin)[name])])
+    np.testing.assert_allclose(line.by_parameter[0], -point.rate * line.by_temperature, rtol=1e-9)
+    assert not np.allclose(wanted, twin.frf(LAWS, LINES, zeros(twin), point), rtol=1e-3)
 
 
 def test_the_place_of_an_attachment_matters_where_a_load_acts(made, patched, coarse_mesh):

@@ -236,6 +236,7 @@ def hand_tools(experiment: Experiment) -> tuple[Measurement, ...]:
                 **{("thermal_crown", g): s for g, s in gradient.items()},
                 ("thermal_lag", "tau"): 20.0,
             },
+            sharper={("plate_lag", "behind"): 20.0},
         ),
         Measurement(
             "channel_test",

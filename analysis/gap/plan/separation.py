@@ -189,13 +189,17 @@ class LinearisedCampaign:
         return range(len(self.sweeps.channels))
 
 
+SAME = {"plate_lag": "thermal_lag"}
+"""Declared quantities that are an effect, too: of the plate's lag, which has a tolerance on one ramp, two tell."""
+
+
 def _columns(
     model: TwinModel, state: GapState, trusted: float, asked: Sequence[str]
 ) -> tuple[tuple[Column, ...], int]:
     """Return the columns, and how many of them are not in question."""
     on, nuisances = state.on, []
     for name, card in model.tolerance_cards.items():
-        if name in on:
+        if name in on and SAME.get(name) not in asked:
             nuisances += [
                 Column(name, 0, replace(p, sigma=p.sigma * trusted**-0.5), on[name][p.name], {})
                 for p in card.parameters

@@ -298,6 +298,11 @@ class AcquiredExperiment(Sparse):
         )
 
     @property
+    def plate_measured(self) -> bool:
+        """Whether a sensor on the plate gives the temperatures of its sweeps."""
+        return self.cards.has_thermocouples or self.thermometer is not None
+
+    @property
     def sample_rate(self) -> float:
         """Rate the input module makes of ``cards.sample_rate``, Hz; the same where the module is unknown."""
         module = find_module(self.acquisition.module)
@@ -322,7 +327,9 @@ class AcquiredExperiment(Sparse):
                 input_capacitance=inputs.input_capacitance,
             ),
             protocol=self.protocol.recorded(),
-            oven=OvenDeclaration(room_temperature=self.oven.room_temperature),
+            oven=OvenDeclaration(
+                room_temperature=self.oven.room_temperature, reading="plate" if self.plate_measured else "air"
+            ),
             tolerances=self.tolerances,
         )
 
@@ -354,7 +361,7 @@ class AcquiredExperiment(Sparse):
                     f"{key} is {'missing' if wanted else 'given'}, but {driven}; "
                     + ("add it" if wanted else "remove it")
                 )
-        if self.programme.watch == "plate" and not self.cards.has_thermocouples and self.thermometer is None:
+        if self.programme.watch == "plate" and not self.plate_measured:
             raise ValueError(
                 "programme.watch is the plate, but cards.thermocouples names no thermocouple on it, and there is "
                 "no [thermometer]; name one, or watch the air"

@@ -1,6 +1,10 @@
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from analysis.experiment import Experiment
 from analysis.protocol.objections import (
     LOSS_FACTOR,
     STIFFNESS_CHANGE,
@@ -8,6 +12,8 @@ from analysis.protocol.objections import (
     change_within_sweep,
     unseen_lag,
 )
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 
 def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:
@@ -34,8 +40,16 @@ def test_what_is_recommended_needs_no_advice() -> None:
 
 
 def test_a_lag_is_told_where_no_data_would_show_it() -> None:
-    assert unseen_lag("plate", ("up",), 0.4) == unseen_lag("air", ("up", "down"), 0.4) == ()
-    (said,) = unseen_lag("air", ("down",), 0.4)
+    declared = tomllib.loads((EXAMPLES / "pp-plate" / "campaign.toml").read_text())
+
+    def on(directions: tuple[str, ...], reading: str = "air", lag: float = 300.0) -> Experiment:
+        ramps = declared["protocol"] | {"directions": directions, "ramp_rate": 0.4}
+        table = {"protocol": ramps, "oven": declared["oven"] | {"reading": reading}}
+        return Experiment.model_validate(declared | table | {"tolerances": {"plate_lag": lag}})
+
+    for none in (on(("up",), "plate"), on(("up", "down")), on(("up",), lag=0.0)):
+        assert unseen_lag(none) == ()
+    (said,) = unseen_lag(on(("down",)))
     assert "may be 2 K behind" in said
 
 
