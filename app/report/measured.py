@@ -279,7 +279,9 @@ def misfit(updated: Updated, frf: Frf) -> Figure:
             each[own] for each in (updated.temperature, 100 * updated.misfit, 100 * updated.noise_floor)
         )
         axes.plot(temperature, missed, "o", ls=style, color=MODEL, ms=3.5, label=f"updated twin{driven}")
-        axes.plot(temperature, floor, ls=style, color=MEASURED, label=f"noise of the measurement{driven}")
+        alone = "_" if len(own) == 1 else ""  # of one sweep no line would be drawn
+        said = f"noise of the measurement{driven}"
+        axes.plot(temperature, floor, ls=style, marker=alone, ms=14, color=MEASURED, label=said)
     axes.set(xlabel="temperature [°C]", ylabel="rms|H - twin| / rms|H| [%]", title="misfit", ylim=(0, None))
     legend_below(figure)
     return figure

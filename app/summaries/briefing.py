@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.estimates import DeclaredQuantity, doubts, untold
+from analysis.estimates import doubts, untold
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.results.best_twin import BY_UPDATE, BestTwin, TwinOfRun
@@ -99,7 +99,7 @@ def _without_comparison(best: BestTwin, campaign: str) -> Briefing:
     lacks = ratio > GOOD_MISFIT
     headline = f"The twin misses at most {ratio:.2f} times the noise of the measurement"
     headline += ": it lacks something that the plate has." if lacks else "."
-    parts = [("The plate", _material(best.twin, open_=lacks)), *_known(best.twin.declared, ())]
+    parts = [("The plate", _material(best.twin, open_=lacks)), *_known(best.twin, ())]
     parts.append(("Next", (f"Ask what the twin lacks: flexura gap {campaign}",)))
     return _brief(headline, not lacks, best.notes, parts)
 
@@ -119,7 +119,7 @@ def _nothing(best: BestTwin, record: Record, campaign: str) -> Briefing:
     unseen, steps = _unseen(record), ["Use E, ν and η as they are: nothing has to be corrected."]
     if unseen and not record.get("plan"):
         steps.append(f"Where the rest matters, ask what would show it: flexura gap {campaign} --plan")
-    known = _known(best.twin.declared, unseen)
+    known = _known(best.twin, unseen)
     return _brief(headline, True, best.ignored, [*parts, *known, ("Next", (*plan_words(record), *steps))])
 
 
@@ -137,7 +137,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
         ("What it is worth", tuple(_worth(best, record, worth))),
         ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
-        *_known(best.twin.declared, _unseen(record)),
+        *_known(best.twin, _unseen(record)),
         ("Next", (*plan_words(record), *(_next(effect, titles_of(record)) for effect in record["effects"]))),
     ]
     return _brief(headline, whole, best.ignored, parts)
@@ -161,7 +161,7 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
             (seen, *_scatter(record), *_places(record["where"]["regions"]), *description_words(record)),
         ),
         ("The plate", _material(best.twin, open_=record.get("scatter") is None)),
-        *_known(best.twin.declared, _unseen(record)),
+        *_known(best.twin, _unseen(record)),
         ("Next", (*plan_words(record), *steps)),
     ]
     headline = "Something is missing in the twin, and no effect of the library explains it."
@@ -311,8 +311,9 @@ def _range(ends: Sequence[float], unit: str) -> str:
     return f"{low}{FIXED}{unit}" if low == high else f"{low} to {high}{FIXED}{unit}"
 
 
-def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[tuple[str, Sequence[str]]]:
+def _known(twin: TwinOfRun, unseen: Sequence[str]) -> list[tuple[str, Sequence[str]]]:
     """Say how well the declaration is known, and what the campaign could not show."""
+    declared = twin.declared
     said = [f"{_first(one)}." for one in doubts(declared)]
     if declared and not said:
         said = ["Nothing that was declared is found beyond its tolerance; the ± of E, ν and η contain these."]
@@ -322,9 +323,11 @@ def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[
                 "is off by more than its tolerance, E is off by more than its ±."
             )
     if lag := next((one.tolerance for one in declared if one.name == "plate_lag"), None):
+        of_laws = float(np.ptp(twin.updated.temperature)) > 0.0
+        contained = "the ± contain" if of_laws else "of one temperature the ± do not contain"
         said.append(
-            f"The temperatures are the air's, on one ramp: the ± contain that the plate may lag {lag:.0f}{FIXED}s "
-            "behind. Measure up and down, or on the plate, and they are smaller."
+            f"The temperatures are the air's, on one ramp: {contained} that the plate may lag {lag:.0f}{FIXED}s "
+            "behind. Measure up and down, or on the plate."
         )
     return [("How well known", [*said, *unseen])]
 

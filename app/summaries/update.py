@@ -151,13 +151,13 @@ def _table_of(updated: Updated) -> Table:
             f"{nu:.4f}",
             f"{sigma.poisson_ratio[t]:.5f}",
             f"{100 * eta:.3f}",
-            f"{100 * sigma.loss_factor[t]:.4f}",
+            f"{100 * sigma.loss_factor[t] / eta:.4f}",
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
         )
         for t, (e, nu, eta) in enumerate(updated.constants)
     )
-    headings = ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise")
+    headings = ("T [°C]", "E [GPa]", "σ_E/E [%]", "ν", "σ_ν", "η [%]", "σ_η/η [%]", "misfit", "noise")
     return Table("Updated twin", headings, rows, CAPTION, whole=True)
 
 
@@ -182,18 +182,15 @@ def budgets(updated: Updated) -> dict[str, dict[str, float]]:
 
 def budget_lines(updated: Updated) -> list[str]:
     """Say for E, nu and eta what one standard deviation is made of, the largest contributions first."""
-    words = {one.name: (f"σ_{one.symbol}", *((100.0, " %") if one.unit else (1.0, ""))) for one in CONSTANTS}
-    words |= {
-        "youngs_modulus": ("σ_E", 100.0, " %"),
-        "poisson_ratio": ("σ_ν", 1.0, ""),
-        "loss_factor": ("σ_η", 100.0, " %"),
-    }
+    symbols = {one.name: (one.symbol, bool(one.unit)) for one in CONSTANTS}
+    symbols |= {"youngs_modulus": ("E", True), "poisson_ratio": ("ν", False), "loss_factor": ("η", True)}
     lines = []
     for name, parts in budgets(updated).items():
-        symbol, factor, unit = words[name]
+        symbol, relative = symbols[name]
+        sigma, factor, unit = (f"σ_{symbol}/{symbol}", 100.0, " %") if relative else (f"σ_{symbol}", 1.0, "")
         largest = [(kind, share) for kind, share in parts.items() if kind != "total"][:CONTRIBUTIONS_NAMED]
         said = ", ".join(f"{kind} {factor * share:.2g}" for kind, share in largest)
-        lines.append(f"{symbol} {factor * parts['total']:.2g}{unit}: {said}")
+        lines.append(f"{sigma} {factor * parts['total']:.2g}{unit}: {said}")
     return lines
 
 
