@@ -217,7 +217,7 @@ def write_run(run: Path, found: TestModes, settings: Mapping[str, Any]) -> None:
     save_frfs(run / "transfers.h5", frfs, made_from)
     save_modes(run / "modes.h5", _tracked(found), made_from, found.shapes)
     save_stabilization(run / "stabilization.h5", found.chart, made_from)
-    write_modes_table(run / "modes.csv", found.modes, found.shapes)
+    write_modes_table(run / "modes.csv", found.modes, found.shapes, frfs.temperature)
     write_modes(run / "modes.uff", found.modes, found.shapes, frfs.points)
     write_frfs(run / "frfs.uff", frfs.transfers, frfs.points)
     write_frfs(run / "rebuilt.uff", _with_values(frfs.transfers, found.rebuilt()), frfs.points)
@@ -361,26 +361,29 @@ def load_stabilization(path: Path) -> StabilizationChart:
         return read_value(file["stabilization"], StabilizationChart)
 
 
-def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes) -> None:
+def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, temperature: float = float("nan")) -> None:
     """Write one row per mode as comma-separated text, its shape (real and imaginary part by place) after it.
 
     Parameters
     ----------
     shapes : ModeShapes
         Of these modes.
+    temperature : float
+        Degrees Celsius, the first column; none where it is NaN, not known.
     """
     reading, reasons = modes.reading(), modes.explanation()
+    at = {} if np.isnan(temperature) else {"temperature_c": f"{temperature:.4f}"}
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     places = [f"{part} {place}" for place in shapes.places for part in ("re", "im")]
-    rows.writerow(["mode", *COLUMNS, "status", "confirmation", "reason", "mpc", "rank_one", *places])
+    rows.writerow([*at, "mode", *COLUMNS, "status", "confirmation", "reason", "mpc", "rank_one", *places])
     for number, (pole, shape, collinear, share) in enumerate(
         zip(shapes.pole, shapes.shape, mpc(shapes.shape), shapes.rank_one, strict=True), start=1
     ):
         values = [f"{float(getattr(reading, name)[pole]):.9g}" for name in COLUMNS]
         parts = [f"{part:.6g}" for component in shape for part in (component.real, component.imag)]
         judged = [modes.status[pole], modes.confirmed_word(pole), reasons[pole]]
-        rows.writerow([number, *values, *judged, f"{collinear:.4f}", f"{share:.4f}", *parts])
+        rows.writerow([*at.values(), number, *values, *judged, f"{collinear:.4f}", f"{share:.4f}", *parts])
     write_text(target, stream.getvalue())
 
 

@@ -15,6 +15,7 @@ from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_stabilization, load_test
 from app.modal_test.without_windows import rebuilt
+from app.plate_frfs.plate_of_modes import modes_of_table
 from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, blows, hammer_files, typed
 
 
@@ -65,6 +66,21 @@ def test_what_is_saved_rebuilds_what_was_fitted_and_is_read_by_other_programs(tm
     assert complex(sets[1]["eig"]) == pytest.approx(complex(modes.poles[shapes.pole[0]]), rel=1e-4)
     assert len((tmp_path / "modes.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(shapes.pole)
     assert load_stabilization(tmp_path / "stabilization.h5").order.max() > 4
+
+
+def test_modes_of_a_test_with_a_temperature_are_a_table_that_update_reads(tmp_path: Path, beam: Beam) -> None:
+    declared = hammer_files(tmp_path, beam)
+    text = declared.read_text(encoding="utf-8")
+    for run, more, columns in (
+        ("cold", "", "mode,frequency_hz,"),
+        ("warm", "temperature = 21.5\n", "temperature_c,"),
+    ):
+        declared.write_text(more + text, encoding="utf-8")
+        assert typed("identify", declared, "--out", tmp_path / run, "--band", 40, 700, "--quiet").exit_code == 0
+        assert (tmp_path / run / "modes.csv").read_text(encoding="utf-8").startswith(columns)
+    (at,) = modes_of_table(tmp_path / "warm" / "modes.csv")
+    assert at.temperature == 21.5
+    np.testing.assert_allclose(at.frequency, F, rtol=2e-2)
 
 
 @pytest.mark.filterwarnings("ignore")
