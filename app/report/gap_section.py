@@ -277,5 +277,9 @@ def _agreement(record: Record) -> PageTable:
         )
         for name, before, after in parts
     ]
+    if not any(after for _, _, after in parts):
+        return PageTable(
+            ("data", "chi2 per dof", "misfit"), [(row[0], row[1], row[3]) for row in rows], numbers=(1, 2)
+        )
     headings = ("data", "chi2 per dof before", "after", "misfit before", "after")
     return PageTable(headings, rows, numbers=(1, 2, 3, 4))

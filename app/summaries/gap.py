@@ -277,6 +277,10 @@ def _agreement(record: Record) -> Table:
         )
         for data, before, after, closed in parts
     ]
+    if not any(after for _, _, after, _ in parts):
+        return _table(
+            "Twin and data", ("data", "chi2 per dof", "misfit"), [(row[0], row[1], row[3]) for row in rows]
+        )
     title = "Before and after" if found else "Twin and data"
     return _table(title, ("data", "chi2 per dof", "", "misfit", "", "gap closed"), rows)
 
