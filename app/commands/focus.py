@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from analysis.focusing.panel import Panel
 
 EXAMPLES = """\b
 Examples:
@@ -96,6 +95,7 @@ def command(
     wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]
     task = wanted.task()
 
+    from app.files.results.panel_files import other_filters
     from app.files.results.run_folder import run_folder
     from app.stages import focus
     from app.summaries.focusing import correction, notes, record, summary, table, tradeoff
@@ -105,8 +105,9 @@ def command(
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
         focusing, lost = found.focusing, found.uncorrected
-        gone = [*replaced(folder / focus.FILTERS, focusing.temperature), *_overtaken(folder, found.panel)]
+        gone = replaced(folder / focus.FILTERS, focusing.temperature)
         target = focus.save(folder, found, task.hashes(), task.extent)
+        gone += other_filters(folder)
         task.remember(folder)
     seconds = time.perf_counter() - started
     output.result(
@@ -120,29 +121,6 @@ def command(
     for note in (*said, *task.notes, *correction(focusing, lost), *gone):
         output.note(note)
     output.summary(f"{led(task.extent)}{summary(found.panel, focusing, target, seconds)}")
-
-
-def _overtaken(folder: Path, panel: "Panel") -> list[str]:
-    """Return a note where compensated filters beside the new ones are of another panel."""
-    from app.files.bad_file import ResultFileError, quoted
-    from app.files.results.panel_files import load_compensation
-
-    if not (folder / "compensation.h5").is_file():
-        return []
-    try:
-        before = load_compensation(folder / "compensation.h5")[0]
-    except ResultFileError:
-        return []
-    if before == panel:
-        return []
-    was, now = _said_of(before), _said_of(panel)
-    other = f"of other filters ({was} before, {now} now)" if was != now else "of filters with other settings"
-    return [f"compensation.h5 there is {other}; make it again: flexura compensate {quoted(folder)}"]
-
-
-def _said_of(panel: "Panel") -> str:
-    filters = panel.filters
-    return f"{panel.title!r}, {filters.taps} taps at {filters.sample_rate:g} Hz"
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

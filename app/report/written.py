@@ -17,7 +17,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaigns.of_run import campaign_of, made_by
 from app.files.results.best_twin import PLAIN, best_twin, load_gap_record
 from app.files.results.modes_file import load_frf
-from app.files.results.panel_files import load_panel
+from app.files.results.panel_files import other_filters
 from app.files.results.run_folder import is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section
@@ -136,7 +136,7 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
         made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
     found = stamps(run, list(PARTS))
     made.append(Section("Provenance", origin(found)))
-    old = [*outdated(run, found), *_overtaken(run, found), *_of_two_panels(run)]
+    old = [*outdated(run, found), *_overtaken(run, found), *other_filters(run)]
     if old:
         lead += 1
         made.insert(
@@ -165,20 +165,6 @@ def _words(run: Path) -> list[Item]:
     record = load_gap_record(run / "gap.h5") if (run / "gap.h5").is_file() else None
     said = briefing(best, record, campaign_of(run), worth_of(run))
     return [Words(said.headline, said.settled, said.first, said.parts)]
-
-
-def _of_two_panels(run: Path) -> list[str]:
-    """Say that compensated filters are not those of filters.h5 beside them, but of another panel."""
-    if not all((run / name).is_file() for name in ("filters.h5", "compensation.h5")):
-        return []
-    design, followed = load_panel(run / "filters.h5"), load_panel(run / "compensation.h5")
-    if design == followed:
-        return []
-    which = "another panel than" if design.title != followed.title else "other settings of the panel than"
-    return [
-        f"compensation.h5 is of {which} filters.h5 beside it ({followed.title!r}, {design.title!r}); "
-        f"make it again: flexura {made_by(run, 'compensation.h5')}"
-    ]
 
 
 def _overtaken(run: Path, found: Stamps) -> list[str]:

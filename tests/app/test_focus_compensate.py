@@ -24,7 +24,7 @@ from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.hdf5_file import write_value
 from app.files.provenance import provenance, read_stamp, sha256, stamp
-from app.files.results.panel_files import load_compensation, load_focusing
+from app.files.results.panel_files import load_compensation, load_focusing, other_filters
 from app.files.results.transfers_file import read_transfers, write_transfers
 from app.files.uff.frfs import write_frfs
 from app.main import flexura
@@ -666,19 +666,20 @@ def test_results_of_two_panels_come_into_no_folder_of_their_own(run, panel, tmp_
         library.compensate(run, other, method="time-reversal", out=right)
 
 
-def test_a_report_says_where_compensation_and_filters_are_of_two_panels(run, panel, tmp_path):
-    from app.report.written import _of_two_panels
-
+def test_it_is_told_where_compensation_and_filters_are_of_two_panels(run, panel, tmp_path):
     other = tmp_path / "other.toml"
     other.write_text(PANEL.replace("two patches", "right seat"), encoding="utf-8")
     assert flex("focus", run, "--panel", panel, "--temperature", 20).exit_code == 0
-    assert _of_two_panels(run) == []
+    assert other_filters(run) == []
     assert flex("compensate", run, "--panel", other).exit_code in (0, 1)
-    (said,) = _of_two_panels(run)
-    assert said.startswith("compensation.h5 is of another panel than filters.h5 beside it ('right seat', 'two pat")
-    assert said.endswith(f"make it again: flexura compensate {run}")
-    after = flex("focus", run, "--panel", panel, "--temperature", 20)
-    assert "compensation.h5 there is of other filters ('right seat', 64 taps at" in after.output
+    (said,) = other_filters(run)
+    assert said == (
+        "compensation.h5 follows other filters than those of filters.h5 beside it (title 'right seat', there "
+        f"'two patches'); make it again: flexura compensate {run}"
+    )
+    after = flex("focus", run, "--panel", panel, "--temperature", 20, "--taps", 48, "--method", "time-reversal")
+    told = "designed by stif, there by time-reversal; title 'right seat', there 'two patches'; filters.taps 64"
+    assert f"({told}, there 48; and 1 more); make it again" in after.output
 
 
 def test_few_placed_temperatures_get_few_hidden_nodes(panel, monkeypatch):

@@ -11,10 +11,10 @@ from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
 from analysis.weather.judged import WeatherJudgement
-from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256
-from app.files.results.panel_files import load_compensation, load_focusing, load_method, load_panel
+from app.files.results.panel_files import load_compensation, load_focusing, other_filters
 from app.files.results.run_folder import run_file
 
 FORMAT = "flexura-filters/1"
@@ -103,26 +103,12 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         return _of_focusing(run, method or SPLINE, verb)
     path = run_file(run, "compensation.h5", verb)
     panel, found = load_compensation(path)
-    wanted, notes = method or found.recommended, _newer(run, panel, found.focusing)
+    wanted, notes = method or found.recommended, other_filters(run)
     if wanted not in METHODS:
         notes.append(f"{wanted}, recommended here, is no sum of fixed banks; {SPLINE} is taken in its place")
         wanted = SPLINE
     sent = _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
     return replace(sent, family=found.family, weather=found.weather)
-
-
-def _newer(run: Path, panel: Panel, method: str) -> list[str]:
-    """Say whether the run's filters.h5 was designed otherwise than what compensation.h5 follows."""
-    path = run / "filters.h5"
-    try:
-        if not path.is_file() or (load_panel(path), load_method(path)) == (panel, method):
-            return []
-    except ResultFileError:  # unusable
-        return []
-    return [
-        f"compensation.h5, which is taken, follows filters of another panel or other settings than {path} holds; "
-        f"make it again: flexura compensate {quoted(run)}"
-    ]
 
 
 def _of_compensation(found: Compensation, method: str, path: Path) -> FollowingBank:

@@ -26,6 +26,7 @@ from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
 from analysis.focusing.radiated import Radiation
 from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError, quoted
 from app.files.declarations.panel import panel_of_text
 from app.files.hdf5_file import Value, read_value, result_file, write_value
 from app.files.provenance import read_stamp, stamp
@@ -102,6 +103,53 @@ def load_panel(path: Path) -> Panel:
     """Read only the panel a result was made for."""
     with result_file(path, "focus") as file:
         return panel_of_text(str(file.attrs["panel"]), str(path))
+
+
+def other_filters(run: Path) -> list[str]:
+    """Say that compensation.h5 of a run folder follows other filters than filters.h5 beside it, and which.
+
+    Nothing is said where one of the files is not there, or cannot be read: who uses it says so.
+    """
+    design, follows = run / "filters.h5", run / "compensation.h5"
+    if not (design.is_file() and follows.is_file()):
+        return []
+    try:
+        method = load_method(design)
+        with result_file(follows, "compensate") as file:
+            followed = str(file["compensation"].attrs["focusing"])
+        there, here = load_panel(design).model_dump(mode="json"), load_panel(follows).model_dump(mode="json")
+    except ResultFileError:
+        return []
+    apart = [f"designed by {followed}, there by {method}"] if followed != method else []
+    apart += _apart(here, there)
+    if not apart:
+        return []
+    shown = apart[:MOST_APART] + ([f"and {len(apart) - MOST_APART} more"] if len(apart) > MOST_APART else [])
+    return [
+        f"compensation.h5 follows other filters than those of filters.h5 beside it ({'; '.join(shown)}); make it "
+        f"again: flexura compensate {quoted(run)}"
+    ]
+
+
+MOST_APART = 3
+"""Differences of two panels that are said."""
+
+
+def _apart(here: Mapping[str, Any], there: Mapping[str, Any], within: str = "") -> list[str]:
+    """Name the keys in which two declarations differ, with both values where these are short."""
+    found = []
+    for key in dict.fromkeys((*here, *there)):
+        one, other, name = here.get(key), there.get(key), f"{within}{key}"
+        if isinstance(one, dict) and isinstance(other, dict):
+            found += _apart(one, other, f"{name}.")
+        elif one != other:
+            short = not isinstance(one, dict | list) and not isinstance(other, dict | list)
+            found.append(f"{name} {_shown(one)}, there {_shown(other)}" if short else f"another {name}")
+    return found
+
+
+def _shown(value: object) -> str:
+    return "not given" if value is None else repr(value) if isinstance(value, str) else str(value)
 
 
 def begin_result(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
