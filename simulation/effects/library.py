@@ -70,6 +70,8 @@ from simulation.effects import (
     viscoelastic_dispersion,
 )
 from simulation.effects.effect import Effect
+from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
+from simulation.state.field_basis import field_basis, polynomial, polynomials
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances
 
@@ -288,6 +290,16 @@ LARGEST_DIFFERENCE = 1e-5
 STEEPEST_AT_ZERO = 1e3
 """Largest slope at zero over the mean slope to a third of a sigma: the slope of a square root is infinite."""
 
+FIELD_DEGREES = {
+    "temperature": BENDING_DEGREE,
+    "thickness": BENDING_DEGREE,
+    "modulus": BENDING_DEGREE,
+    "density": MEMBRANE_DEGREE,
+}
+"""Fields of a state, and the degree up to which the twin keeps each."""
+LARGEST_LOST = 0.2
+"""Largest share (rms over the plate) of a field's change that the twin may lose."""
+
 SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
 """Attributes of a state with one value per line."""
 
@@ -299,18 +311,23 @@ def verify(effect: Effect, experiment: Experiment) -> None:
     not changed, whatever the shapes; derivatives by a complex step equal those by central differences, for every
     number of the state; every amplitude has a slope at zero that is finite, and nonzero at one sweep at least,
     because the score test uses this slope. An effect that depends on strain energy does so line by line, in
-    spectra only, and accepts complex energies.
+    spectra only, and accepts complex energies. What it changes of a field is smooth over the plate, because the
+    twin keeps fields as polynomials of low degree.
     """
     card = effect.card(experiment)
     idle = {parameter.name for parameter in card.amplitudes}
-    for circumstances, state in _trials(experiment):
-        try:
+    axis = np.array([-1.0, -0.4, 0.3, 1.0])
+    try:
+        for circumstances, state in _trials(experiment, *_grid(axis)):
             _check_absent(effect, card, state, circumstances)
             _check_derivatives(effect, card, state, circumstances)
             _check_energy(effect, card, state, circumstances)
             idle -= _slopes_at_zero(effect, card, state, circumstances)
-        except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError) as error:
-            raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
+        _check_fields(effect, card, experiment)
+    except ValueError:
+        raise
+    except Exception as error:  # a user's own code may raise anything
+        raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
     if idle:
         raise ValueError(
             f"{', '.join(sorted(idle))}: no slope at zero in anything of the state, at any sweep tried"
@@ -348,12 +365,18 @@ def _inside(parameter: Parameter, start: float) -> float:
     return start + min(away, 0.5 * up) if up > 0.0 else start - min(away, 0.5 * down)
 
 
-def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
-    """Circumstances and states of three sweeps of a plate with steep laws."""
+def _grid(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points (Q,) along xi and zeta, those of `axis` along both."""
+    xi, zeta = np.meshgrid(axis, axis)
+    return xi.ravel(), zeta.ravel()
+
+
+def _trials(
+    experiment: Experiment, xi: NDArray[np.float64], zeta: NDArray[np.float64]
+) -> list[tuple[Circumstances, PlateState]]:
+    """Circumstances and states, at points (Q,), of three sweeps of a plate with steep laws."""
     low, high = experiment.protocol.band
     frequency = np.geomspace(low, high, 7)
-    axis = np.array([-1.0, -0.4, 0.3, 1.0])
-    xi, zeta = (grid.ravel() for grid in np.meshgrid(axis, axis))
     laws = LocalLaws(
         reference=30.0,
         value=np.array([np.log(2e9), 0.38, np.log(0.06)]),
@@ -407,6 +430,32 @@ def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circ
                     f"{parameter.name}: a complex step in it does not give the slope of {name}; "
                     "abs, float, real, comparisons and the math module lose the imaginary part"
                 )
+
+
+def _check_fields(effect: Effect, card: EffectCard, experiment: Experiment) -> None:
+    """Compare what it changes of each field over the plate with what the twin keeps of that."""
+    basis = field_basis(BENDING_DEGREE)
+    everywhere = _grid((np.arange(EVERYWHERE) + 0.5) / EVERYWHERE * 2.0 - 1.0)
+    at = interior_point(card, card.sites[len(card.sites) // 2])
+    sampled = _trials(experiment, basis.xi, basis.zeta)
+    for (circumstances, few), (_, many) in zip(sampled, _trials(experiment, *everywhere), strict=True):
+        changed, true = effect.apply(few, circumstances, at), effect.apply(many, circumstances, at)
+        for name, degree in FIELD_DEGREES.items():
+            change = np.real(getattr(true, name) - getattr(many, name)) * np.ones(len(many.xi))
+            seen = np.real(getattr(changed, name) - getattr(few, name)) * np.ones(len(few.xi))
+            terms = [polynomial(one, *everywhere) for one in polynomials(degree)]
+            kept = field_basis(degree).coefficients(seen) @ np.array(terms)
+            whole, lost = np.linalg.norm(change), np.linalg.norm(change - kept)
+            if lost > LARGEST_LOST * whole:
+                raise ValueError(
+                    f"the twin loses {100.0 * lost / whole:.0f} % of what it changes of {name}: it keeps a field "
+                    f"as a polynomial of degree {degree} over the plate, and no step, strip or spot is one; use "
+                    "discs, attached or point_loads for what acts at a place"
+                )
+
+
+EVERYWHERE = 48
+"""Points along each side at which a field is compared with what is kept of it."""
 
 
 def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:

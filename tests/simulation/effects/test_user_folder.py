@@ -106,6 +106,7 @@ def test_a_file_without_a_usable_effect_is_refused(experiment, tmp_path, source,
         ("return state.with_(area_mass=state.area_mass + (mass if mass > 0 else 0))", "apply fails: TypeError"),
         ("return state.with_(area_mass=state.area_mass + values['weight'])", "apply fails: KeyError: 'weight'"),
         ("return state.with_(areal_mass=mass)", "apply fails: TypeError"),
+        ("return state.with_(area_mass=state.area_mass + np.abs(mass))", "apply fails: NameError"),
         ("return None", "apply fails: "),
         ("return state.with_(area_mass=state.area_mass + mass + 0.1)", "changes area_mass although"),
         ("return state.with_(loss=state.loss * 1.01)", "changes loss although"),
@@ -119,6 +120,15 @@ def test_a_file_without_a_usable_effect_is_refused(experiment, tmp_path, source,
         (
             "return state.with_(area_mass=state.area_mass + 1e308 * mass * (1e10 * mass))",
             "area_mass is not finite",
+        ),
+        (
+            "rim = (state.xi**2 > 0.9) | (state.zeta**2 > 0.9)\n"
+            "    return state.with_(density=state.density * (1.0 + mass * rim))",
+            "the twin loses 100 % of what it changes of density",  # which its points do not even meet
+        ),
+        (
+            "half = state.xi > 0.0\n    return state.with_(modulus=state.modulus * (1.0 + mass * half))",
+            "% of what it changes of modulus: it keeps a field as a polynomial of degree 3",
         ),
     ],
 )
