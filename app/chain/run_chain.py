@@ -85,6 +85,10 @@ def run_chain(request: RunRequest, listener: RunListener) -> RunRecord:
         return chain.ended()
 
 
+TELL_THEIR_CAMPAIGN = ("identify", "update", "gap")
+"""Stages whose results say of which campaign they are."""
+
+
 class _Chain:
     """One run under way."""
 
@@ -109,6 +113,8 @@ class _Chain:
             return
         known = None if self._request.force else self._known(stage, link)
         if known is not None:
+            if stage in TELL_THEIR_CAMPAIGN:  # it may have been refused when the result was written
+                remember_campaign(self._work.run, self._work.folder)
             self._note(stage, known)
         else:
             self._make(stage, link)
@@ -157,7 +163,7 @@ class _Chain:
         try:
             with self._listener.progress() as report, _faults():
                 made = link.make(work, report)
-                if stage in ("identify", "update", "gap"):
+                if stage in TELL_THEIR_CAMPAIGN:
                     remember_campaign(work.run, work.folder)
         except _StageError as error:
             work.broken.add(stage)

@@ -21,7 +21,7 @@ POINTER = "campaign.json"
 
 
 def remember_campaign(run: Path, campaign: Path) -> None:
-    """Write where the campaign of a run folder is, unless it stands beside it under its name."""
+    """Write where the campaign of a run folder is, unless it stands beside it under its name, or is told there."""
     if run.resolve() == beside(campaign):
         (run / POINTER).unlink(missing_ok=True)
         return
@@ -29,7 +29,11 @@ def remember_campaign(run: Path, campaign: Path) -> None:
         there = os.path.relpath(campaign.resolve(), run.resolve())
     except ValueError:  # on another drive
         there = str(campaign.resolve())
-    write_json(run / POINTER, {"campaign": Path(there).as_posix()})
+    told = {"campaign": Path(there).as_posix()}
+    with suppress(OSError, ValueError):
+        if parse_json(read_text(run / POINTER)) == told:
+            return
+    write_json(run / POINTER, told)
 
 
 def campaign_typed(campaign: Path, out: Path | None) -> str:
