@@ -83,13 +83,29 @@ def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str,
             notes += [_misplaced(float(frf.temperature[leg[one]]), way, likely) for one, likely in found.items()]
             fits = np.delete(leg, list(found))
             legs[way] = frf.temperature[fits], log_modulus[fits]
-        apart = hysteresis(legs["up"], legs["down"]) if _touched(campaign) else None
+        apart = hysteresis(legs["up"], legs["down"])
         if apart is not None:
-            notes.append(
-                f"at equal stiffness the plate reads {apart:+.1f} K on the way up against the way down: its "
-                "sensor leads or lags (half loose, or not on the plate), or the plate itself has changed"
-            )
-    return tuple(notes)
+            notes.append(_apart(apart, campaign))
+    return tuple(dict.fromkeys(notes))
+
+
+def _apart(kelvins: float, campaign: AnyCampaign) -> str:
+    """Say that readings at equal stiffness differ by so much, up less down."""
+    touched = _touched(campaign)
+    reading = "plate" if touched else "air"
+    seen = f"at equal stiffness the {reading} reads {kelvins:+.1f} K on the way up against the way down"
+    if touched:
+        return (
+            f"{seen}: its sensor leads or lags (half loose, or not on the plate), or the plate itself has changed"
+        )
+    rate = campaign.experiment.protocol.ramp_rate / 60.0
+    if kelvins < 0.0 or not rate:
+        return f"{seen}: the plate itself has changed, or labels are wrong; σ of E, ν and η contain nothing of it"
+    return (
+        f"{seen}: the plate lags about {0.5 * kelvins / rate:.0f} s behind, or has changed. Each E, ν, η is "
+        f"{0.5 * kelvins:.1f} K off, which its σ does not contain; the laws are about the mean of both ways. "
+        "flexura gap finds a lag"
+    )
 
 
 def _touched(campaign: AnyCampaign) -> bool:

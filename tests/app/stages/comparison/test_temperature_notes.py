@@ -73,11 +73,14 @@ def test_a_doubt_that_came_later_is_read_from_the_log(tmp_path: Path) -> None:
     assert [note for note in recorded_notes(read) if "drifts" in note]
 
 
-def updated(temperature: Any, log_modulus: Any) -> Any:
+def updated(temperature: Any, log_modulus: Any, direction: tuple[str, ...] = ()) -> Any:
     """Return what of FRFs and estimates is asked for."""
     count = len(temperature)
     frf = SimpleNamespace(
-        temperature=temperature, direction=("up",) * count, level=np.ones(count), driven_by=np.zeros(count, int)
+        temperature=temperature,
+        direction=direction or ("up",) * count,
+        level=np.ones(count),
+        driven_by=np.zeros(count, int),
     )
     material = SimpleNamespace(youngs_modulus=np.exp(log_modulus))
     return frf, SimpleNamespace(material=material, settled=np.ones(count, bool))
@@ -91,3 +94,18 @@ def test_a_modulus_that_jumps_names_the_sweep_to_look_at(campaign: Campaign) -> 
     assert "look at the sweep at 25.0 °C on the way up" in note
     assert "about 44 °C" in note
     assert label_notes(campaign, *updated(labels, -0.012 * labels)) == ()
+
+
+def test_a_lag_that_two_ramps_show_is_told_where_laws_alone_are_fitted(campaign: Campaign) -> None:
+    """Each modulus was 1.6 K off with a sigma of 0.3 K, and nothing said so: the misfit is the noise."""
+    labels = np.arange(10.0, 51.0, 5.0)
+    both, ways = np.concatenate([labels, labels[::-1]]), ("up",) * 9 + ("down",) * 9
+    rate = campaign.experiment.protocol.ramp_rate / 60.0
+    behind = np.where(np.array(ways) == "up", 1.0, -1.0) * 240.0 * rate
+    found = updated(both, -0.02 * (both - behind), ways)
+    air = [replace(one, plate_temperature_start=None, plate_temperature_end=None) for one in campaign.sweeps]
+    by_air = replace(campaign, sweeps=tuple(air))
+    (note,) = label_notes(by_air, *found)
+    assert f"the air reads {480.0 * rate:+.1f} K on the way up" in note
+    assert "lags about 240 s behind" in note
+    assert label_notes(by_air, *updated(both, -0.02 * both, ways)) == ()
