@@ -198,7 +198,8 @@ class OvenDeclaration(Sparse):
     room_temperature : float
         Degrees Celsius.
     reading : str
-        What the sweeps' temperatures are those of: the ``air`` of the oven, or a sensor on the ``plate``.
+        What the sweeps' temperatures are those of: the ``air`` of the oven, or a sensor on the ``plate``. Of a
+        campaign whose sweeps carry readings of such a sensor it is the plate, whatever is declared.
     """
 
     room_temperature: Temperature

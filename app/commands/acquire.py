@@ -187,7 +187,7 @@ def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> 
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
     for sentence in change_within_sweep(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(f"{sentence}. From three temperatures on, it is taken into account, to first order")
-    for sentence in unseen_lag(declared.recorded(declared.sample_rate)):
+    for sentence in () if declared.plate_measured else unseen_lag(declared.recorded(declared.sample_rate)):
         output.note(sentence)
 
 

@@ -76,7 +76,8 @@ def examine(experiment: AcquiredExperiment | HammerExperiment | None, folder: Pa
             yield look_at_oven(experiment.oven, needed=real)
         yield Finding("campaign", FindingState.GOOD, _amount(experiment))
         if isinstance(experiment, AcquiredExperiment):
-            for sentence in unseen_lag(experiment.recorded(experiment.sample_rate)):
+            recorded = experiment.recorded(experiment.sample_rate)
+            for sentence in () if experiment.plate_measured else unseen_lag(recorded):
                 yield Finding("temperature of the plate", FindingState.NOTE, sentence)
     yield look_at_disk(experiment, folder)
     yield _clock(folder)

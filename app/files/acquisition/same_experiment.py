@@ -13,6 +13,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from analysis.declaration.tolerances import Tolerances
 from app.files.acquisition.events import LATEST as LATEST
 from app.files.acquisition.events import NAME as EVENTS
 from app.files.acquisition.events import READINGS as READINGS
@@ -137,6 +138,11 @@ LATER = {
     ".acquired.oven.rest_after": 1800.0,
     ".acquired.simulation.modules.4": "NI-9215",
     ".acquired.simulation.modules.5": "NI-9263",
+    **{
+        f".{part}.tolerances.{name}": value
+        for part in ("acquired", "experiment")
+        for name, value in Tolerances().model_dump(mode="json", exclude={"own"}).items()
+    },
 }
 """Keys that came after the first campaigns, with their defaults: a campaign begun before is still the same one."""
 

@@ -327,9 +327,7 @@ class AcquiredExperiment(Sparse):
                 input_capacitance=inputs.input_capacitance,
             ),
             protocol=self.protocol.recorded(),
-            oven=OvenDeclaration(
-                room_temperature=self.oven.room_temperature, reading="plate" if self.plate_measured else "air"
-            ),
+            oven=OvenDeclaration(room_temperature=self.oven.room_temperature),
             tolerances=self.tolerances,
         )
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.declaration.tolerances import Tolerances
 from analysis.protocol.protocol import SweepSetPoint
 from analysis.recordings.campaign import Sweep
 from app.files.acquisition.campaign_folder import AcquiredCampaign, open_campaign
@@ -266,16 +267,27 @@ def test_a_campaign_begun_before_a_key_was_there_goes_on(opened: Opened) -> None
     then = {
         "oven": {key: value for key, value in oven.items() if key not in ("rest_after", "program")},
         "simulation": now["simulation"] | {"modules": slots},
+        "tolerances": {"oven_offset": 0.1},
     }
+    known = Tolerances(oven_offset=0.1).model_dump(mode="json")  # a lag of the plate among them, which came later
     assert set(now["simulation"]["modules"]) > set(slots)
     with opened(**then) as store:
         store.keep(sweep(0), point(0), 1)
-    with opened(oven=oven):
+    with opened(oven=oven, tolerances=known):
         pass
-    with pytest.raises(CampaignFileError, match="rest_after"), opened(oven=oven | {"rest_after": 600.0}):
+    with (
+        pytest.raises(CampaignFileError, match="rest_after"),
+        opened(oven=oven | {"rest_after": 600.0}, tolerances=known),
+    ):
+        pass
+    exact = known | {"plate_lag": 0.0}
+    with pytest.raises(CampaignFileError, match=r"\[tolerances\] plate_lag"), opened(oven=oven, tolerances=exact):
         pass
     moved = now["simulation"] | {"modules": slots | {"4": "NI-9263"}}
-    with pytest.raises(CampaignFileError, match=r"modules\] 4"), opened(oven=oven, simulation=moved):
+    with (
+        pytest.raises(CampaignFileError, match=r"modules\] 4"),
+        opened(oven=oven, simulation=moved, tolerances=known),
+    ):
         pass
 
 
