@@ -5,7 +5,7 @@ Volts at the cards become units of the plate here, and nowhere else.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,6 +195,13 @@ class Campaign:
                 raise ValueError(
                     f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {outputs} sensors are declared"
                 )
+
+    def as_read(self) -> Self:
+        """Return the campaign declared as its sweeps say: temperatures are the plate's, where all carry these."""
+        if any(sweep.plate_temperature_start is None for sweep in self.sweeps):
+            return self
+        oven = self.experiment.oven.model_copy(update={"reading": "plate"})
+        return replace(self, experiment=self.experiment.model_copy(update={"oven": oven}))
 
     def __repr__(self) -> str:
         """Name, sweeps, temperatures and sensors in one line: arrays of a recording would fill screens."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.progress import Progress
 from app.chain.models_ahead import EFFECTS, PANEL, PLATE
-from app.chain.work import Made, Work, campaign_hashes, effect_hashes, file_hashes
+from app.chain.work import Made, Work, effect_hashes, file_hashes
 from app.files.campaigns.of_run import campaign_typed
 from app.files.declarations.panel import SECTION_2
 from app.files.declarations.run_settings import Stage
@@ -55,7 +55,7 @@ def no_settings(_: Work) -> dict[str, Any]:
 
 def import_inputs(work: Work) -> dict[str, str]:
     """Files of the recording."""
-    return campaign_hashes(work.request.campaign)
+    return dict(work.recorded)
 
 
 def campaign_inputs(work: Work) -> dict[str, str]:

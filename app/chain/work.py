@@ -9,7 +9,7 @@ import difflib
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -178,9 +178,14 @@ class Work:
     def folder(self) -> Path:
         """Campaign that stages read: the one imported, where there is one of this recording."""
         imported = self.request.imported
-        if imported is None or self.in_place or not is_import_of(imported, self.request.campaign):
+        if imported is None or self.in_place or not is_import_of(imported, self.recorded):
             return self.request.campaign
         return imported
+
+    @cached_property
+    def recorded(self) -> dict[str, str]:
+        """SHA-256 of the files of the campaign as it was given."""
+        return campaign_hashes(self.request.campaign)
 
     def place(self, stage: Stage) -> Path:
         """Return the folder that a stage's results are in."""
@@ -287,12 +292,12 @@ def campaign_hashes(campaign: Path) -> dict[str, str]:
     }
 
 
-def is_import_of(folder: Path, recording: Path) -> bool:
-    """Whether a folder is a campaign that a recording, as it is declared now, was imported into."""
+def is_import_of(folder: Path, recorded: Mapping[str, str]) -> bool:
+    """Whether a folder is a campaign that was imported from files as they are now, by their SHA-256."""
     try:
-        frozen = json.loads((folder / PROTOCOL).read_text(encoding="utf-8"))
-        return bool(frozen["source"][DECLARATION] == declaration_digest(recording / DECLARATION))
-    except (OSError, ValueError, KeyError, TypeError):  # its reader says what is wrong with it
+        source = json.loads((folder / PROTOCOL).read_text(encoding="utf-8"))["source"]
+        return bool(source) and all(recorded.get(name) == digest for name, digest in source.items())
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # its reader says what is wrong with it
         return False
 
 

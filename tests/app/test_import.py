@@ -18,7 +18,7 @@ import pytest
 
 from analysis.recordings.campaign import Campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaigns.folder import write_index
+from app.files.campaigns.folder import _digest, read_protocol, write_index, write_protocol
 from app.files.campaigns.import_recording import import_recording
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.recorded import read_recorded_campaign
@@ -174,6 +174,34 @@ def test_imported_campaign_is_not_imported_again(recorded: Path, run_flexura: Ru
     status, _, message = run_flexura("import", import_recording(recorded).folder)
     assert status == 2
     assert "flexura identify" in message
+
+
+def test_an_import_from_before_a_tolerance_was_known_is_the_same_campaign(recorded: Path) -> None:
+    """It was "another campaign": the digest of its protocol lacked a key that came later."""
+    declaration = recorded / "campaign.toml"
+    text = declaration.read_text(encoding="utf-8") + "\n[tolerances]\noven_offset = 0.1\n"
+    declaration.write_text(text, encoding="utf-8")
+    out = import_recording(recorded).folder
+    protocol, _ = read_protocol(out)
+    del protocol["sha256"], protocol["experiment"]["tolerances"]["plate_lag"]
+    write_protocol(out, protocol | {"sha256": _digest(protocol)})
+    before = content(out)
+    assert import_recording(recorded).state == "unchanged"
+    assert content(out) == before
+    declaration.write_text(text.replace("oven_offset = 0.1", "oven_offset = 0.2"), encoding="utf-8")
+    with pytest.raises(CampaignFileError, match="holds another campaign"):
+        import_recording(recorded)
+
+
+def test_what_sweeps_carry_says_what_was_read(tiny: Any, tmp_path: Path) -> None:
+    """One ramp by the air has a lag that nothing tells; with readings of the plate it has none."""
+    for name in ("air", "plate"):
+        for file in tiny.files.values() if name == "plate" else ():
+            for end in ("start", "end"):
+                file.properties[f"plate_temperature_{end}"] = file.properties[f"oven_temperature_{end}"]
+        folder = tiny.write(tmp_path / name)
+        assert load_campaign(folder).experiment.oven.reading == name
+        assert load_campaign(import_recording(folder).folder).experiment.oven.reading == name
 
 
 def test_missing_sweeps_are_noted_when_allowed(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:

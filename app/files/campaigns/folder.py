@@ -369,10 +369,7 @@ def read_campaign_folder(folder: Path) -> Campaign:
     if missing:
         temperature = [sweep.temperature for sweep in there]
         extent = CampaignExtent.of(_state(folder, len(gone)), temperature, len(missing), len(missing) - len(gone))
-    if all(sweep.plate_temperature_start is not None for sweep in there):  # as found, whatever was declared
-        oven = experiment.oven.model_copy(update={"reading": "plate"})
-        experiment = experiment.model_copy(update={"oven": oven})
-    return Campaign(protocol["name"], experiment, there, hashes, played, extent)
+    return Campaign(protocol["name"], experiment, there, hashes, played, extent).as_read()
 
 
 def _to_come(events: Sequence[Mapping[str, Any]], missing: Sequence[Place]) -> list[Place]:

@@ -11,6 +11,7 @@ A rig has one output: a campaign is acquired with every actuator in turn, the ot
 common, all but who drove and how strongly, has to be equal.
 """
 
+import json
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -41,7 +42,7 @@ from app.files.campaigns.folder import (
     write_protocol,
     write_sweep,
 )
-from app.files.campaigns.kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
+from app.files.campaigns.kind import DECLARATION, PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.campaigns.loading import not_a_campaign
 from app.files.campaigns.recorded import Recording, read_recording
 from app.files.disk_room import RESULTS, UnwrittenFileError, require_room
@@ -61,8 +62,8 @@ class Imported:
     recording : Recording
         What was read.
     state : str
-        ``imported``, ``completed`` (a killed one was taken up again), ``renewed`` (more sweeps had come since) or
-        ``unchanged`` (it was there already).
+        ``imported``, ``completed`` (a killed one was taken up again), ``renewed`` (more sweeps had come since, or
+        it was declared anew) or ``unchanged`` (it was there already).
     """
 
     folder: Path
@@ -114,7 +115,7 @@ def import_recording(
 
 
 def import_read(recording: Recording, folder: Path, out: Path, report: Progress) -> Imported:
-    """Import a recorded campaign that was read already.
+    """Import a recorded campaign that was read already; one of the same sweeps, declared otherwise, is replaced.
 
     Parameters
     ----------
@@ -130,7 +131,7 @@ def import_read(recording: Recording, folder: Path, out: Path, report: Progress)
     CampaignFileError
         Where `out` is taken or cannot be written.
     """
-    return _into(out.resolve(), recording, [folder], report)
+    return _into(out.resolve(), recording, [folder], report, declared_anew=True)
 
 
 def import_joined(
@@ -155,8 +156,10 @@ def import_joined(
     return _into(out.resolve(), read_joined(folders, allow_missing, report), folders, report)
 
 
-def _into(target: Path, recording: Recording, folders: Sequence[Path], report: Progress) -> Imported:
-    """Make the campaign folder."""
+def _into(
+    target: Path, recording: Recording, folders: Sequence[Path], report: Progress, *, declared_anew: bool = False
+) -> Imported:
+    """Make the campaign folder; `declared_anew` replaces one of the same sweeps with another declaration."""
     for source in (folder.resolve() for folder in folders):
         if target == source or source in target.parents:
             raise CampaignFileError(
@@ -167,7 +170,7 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with folder_lock(target):
-            if _is_there(target, protocol):
+            if _is_there(target, protocol, declared_anew=declared_anew):
                 return Imported(target, recording, "unchanged")
             samples = sum(sweep.drive.nbytes + sweep.responses.nbytes for sweep in read.sweeps)
             require_room(target, samples + RESULTS, "--out")
@@ -186,7 +189,7 @@ def _already_one(folder: Path) -> CampaignFileError:
     return CampaignFileError(folder, [Problem("", "", "a campaign folder already", "a recorded campaign", remedy)])
 
 
-def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
+def _is_there(target: Path, protocol: dict[str, Any], *, declared_anew: bool) -> bool:
     """Whether the very same campaign is in place; CampaignFileError if something else is."""
     if not target.exists():
         return False
@@ -195,22 +198,49 @@ def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
         return False
     if target.is_dir() and is_campaign_folder(target):
         there, _ = read_protocol(target)
-        if there["sha256"] == protocol["sha256"]:
+        if _alike(there, protocol, ("name", "experiment", "level_units", "source", "acquired")):
             read_campaign_folder(target)  # raises if it was damaged since
             return True
-        if _has_grown(there, protocol):
+        if _has_grown(there, protocol, declared_anew=declared_anew):
             return False
         seen = f"holds another campaign ({there['name']!r}, protocol {there['sha256'][:12]})"
+        if _of_other_files(there, protocol):
+            seen = f"holds what was imported from other files: {_of_other_files(there, protocol)}"
     else:
         seen = "exists and is no campaign"
     remedy = "choose another with --out, or remove it"
+    if declared_anew:
+        remedy = "choose another with --set campaign=FOLDER, or remove it; stages read the recording where it is"
     raise CampaignFileError(target, [Problem("", "", seen, "a new folder, or this same campaign", remedy)])
 
 
-def _has_grown(there: dict[str, Any], protocol: dict[str, Any]) -> bool:
-    """Whether an import was of this same campaign when it had fewer sweeps: its files are all among those now."""
-    same = all(there.get(key) == protocol.get(key) for key in ("name", "experiment", "level_units"))
-    return same and "acquired" not in there and dict(there["source"]).items() <= protocol["source"].items()
+def _has_grown(there: dict[str, Any], protocol: dict[str, Any], *, declared_anew: bool) -> bool:
+    """Whether an import was of this same campaign when it had fewer sweeps, or, if allowed, another declaration.
+
+    Its sweeps are all among those now: nothing that was imported is lost.
+    """
+    if "acquired" in there or there["name"] != protocol["name"]:
+        return False
+    if declared_anew:
+        return not _of_other_files(there, protocol)
+    same = _alike(there, protocol, ("experiment", "level_units"))
+    return same and dict(there["source"]).items() <= protocol["source"].items()
+
+
+def _of_other_files(there: dict[str, Any], protocol: dict[str, Any]) -> str:
+    """Name the files of an import, the declaration left aside, that are not the same in the recording now."""
+    now = protocol["source"]
+    changed = [name for name, digest in there["source"].items() if name != DECLARATION and now.get(name) != digest]
+    return ", ".join(changed[:3]) + (f" and {len(changed) - 3} more" if len(changed) > 3 else "")
+
+
+def _alike(there: dict[str, Any], protocol: dict[str, Any], keys: Sequence[str]) -> bool:
+    """Whether two protocols say the same; a key of the declaration that came later is there as by default."""
+    one, other = (
+        {**each, "experiment": Experiment.model_validate_json(json.dumps(each["experiment"]))}
+        for each in (there, protocol)
+    )
+    return all(one.get(key) == other.get(key) for key in keys)
 
 
 def _build(

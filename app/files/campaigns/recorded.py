@@ -43,7 +43,7 @@ class Recording:
 def read_recorded_campaign(folder: Path) -> Campaign:
     """Read the sweeps that are there of a recorded campaign; see `read_recording`, and `Campaign.extent`."""
     recording = read_recording(folder, allow_absent=True)
-    missing, campaign = recording.missing, recording.campaign
+    missing, campaign = recording.missing, recording.campaign.as_read()
     if not missing:
         return campaign
     return replace(

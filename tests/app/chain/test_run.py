@@ -1,5 +1,6 @@
 """``flexura run``: its options, what is imported, and what is skipped, on a recording of six short sweeps."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import pytest
 
 from app.chain.work import STAGES, chosen_stages
+from app.files.campaigns.loading import load_campaign
 from app.files.results.modes_file import load_modes
 from tests.app.chain.conftest import said_of, skipped
 from tests.app.conftest import TinyCampaign
@@ -39,8 +41,33 @@ def test_a_recording_is_imported_and_its_table_run_decides(
     assert skipped(message) == {"import"}  # other options do not make another recording
     declaration.write_text(text.replace("mass = 0.13", "mass = 0.14"), encoding="utf-8")
     status, _, message = run_flexura(*words)
-    assert said_of(message)["import"].startswith("FAILED: ")
-    assert "holds another campaign" in message
+    assert status == 0, message
+    assert "6 sweeps, renewed" in said_of(message)["import"]  # it was "holds another campaign", with no way on
+    assert load_campaign(tmp_path / "tiny-campaign").experiment.plate.mass == 0.14
+    assert not skipped(message)
+
+
+def test_a_recording_that_was_changed_is_not_judged_by_its_old_import(
+    tiny: TinyCampaign, tmp_path: Path, run_flexura: Run
+) -> None:
+    """All stages were "up to date" with the old sweeps, and `--only identify` ended with 0."""
+    folder = tiny.write(tmp_path / "tiny")
+    words = ("run", folder, "--until", "identify")
+    assert run_flexura(*words)[0] == 0
+    before = (tmp_path / "tiny-run" / "modes.csv").read_bytes()
+    tiny.files["002.tdms"].groups["repeat 1"]["S1"][700:900] *= 1.02
+    (folder / "sweeps" / "002.tdms").unlink()
+    tiny.files["002.tdms"].write(folder / "sweeps" / "002.tdms")
+    status, _, message = run_flexura(*words)
+    assert status == 1
+    assert "imported from other files: sweeps/002.tdms" in said_of(message)["import"]
+    assert "--set campaign=FOLDER" in said_of(message)["import"]
+    assert not skipped(message)
+    assert (tmp_path / "tiny-run" / "modes.csv").read_bytes() != before
+    status, _, message = run_flexura("run", folder, "--only", "identify")
+    assert (status, skipped(message)) == (0, {"identify"})
+    shutil.rmtree(tmp_path / "tiny-campaign")
+    assert run_flexura(*words)[0] == 0
 
 
 def test_a_recording_that_lacks_sweeps_is_read_where_it_stands(

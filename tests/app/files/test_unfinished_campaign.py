@@ -295,7 +295,7 @@ def test_joined_campaigns_take_those_that_are_not_complete_and_later_the_rest(
     assert again.hashes == load_campaign(fresh).hashes
     assert not list(tmp_path.glob("*.part"))
     (first / "sweeps" / "0002_up_T+020.0.h5").unlink()
-    with pytest.raises(CampaignFileError, match="holds another campaign"):  # nothing that was imported is lost
+    with pytest.raises(CampaignFileError, match="imported from other files"):  # nothing that was imported is lost
         import_joined([first, second], out)
     assert load_campaign(out).hashes == again.hashes
 
