@@ -103,6 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 click.echo(line, err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
+            ends.over = True
             click.echo("stopped", err=True)
             sys.exit(ends.status)
     sys.exit(_of_output(status if isinstance(status, int) else 0))

@@ -1,8 +1,10 @@
 """``flexura status``: how campaigns stand, once, for scripts and remote shells."""
 
+import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -31,7 +33,23 @@ def _refused(check: Callable[[tuple[Path, ...]], None], folder: Path) -> str:
         return error.message
     except (CampaignFileError, ResultFileError) as error:
         return str(error)
+    except OSError as error:
+        return f"{folder}: cannot be read: {error.strerror}"
     return ""
+
+
+def _each_once(named: Iterable[Path]) -> list[Path]:
+    """Return folders without those named twice, and without their locks, which ``*`` of a shell takes, too."""
+    locks = {one for one in named if one.suffix == ".lock" and one.is_file() and one.with_suffix("").is_dir()}
+    return list({os.path.realpath(one): one for one in named if one not in locks}.values())
+
+
+def _records(refused: Mapping[Path, str]) -> list[dict[str, Any]]:
+    """Return what ``--json`` prints of folders that are no campaigns."""
+    return [
+        {"name": one.name, "folder": str(one), "state": "refused", "problem": why, "exit_status": BAD_NAME}
+        for one, why in refused.items()
+    ]
 
 
 @click.command(name="status", epilog=EXAMPLES, short_help="How a campaign stands, in a line.")
@@ -47,13 +65,14 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
     Of several campaigns the first of 3, 4, 2, 1, 5, 0 that occurs; 2: a name is no campaign, and the others are
     told nevertheless.
     """
-    refused = {one: why for one in campaigns if (why := _refused(require_campaigns, one))}
-    told = [one for one in campaigns if one not in refused]
+    named = _each_once(campaigns)
+    refused = {one: why for one in named if (why := _refused(require_campaigns, one))}
+    told = [one for one in named if one not in refused]
     if told:
         from app.watch.watcher import WatchedFolder, names, require_acquired
 
         refused |= {one: why for one in told if (why := _refused(lambda named: require_acquired(*named), one))}
-        told = [one for one in campaigns if one not in refused]
+        told = [one for one in named if one not in refused]
     if not told:
         raise click.ClickException("\n".join(refused.values()))
     folders = [WatchedFolder(one, name) for one, name in zip(told, names(told), strict=True)]
@@ -63,7 +82,7 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
         for one in statuses:
             click.echo(f"{one.name}: {one.line}")
 
-    output.result(lambda: [one.record() for one in statuses], show)
+    output.result(lambda: [*(one.record() for one in statuses), *_records(refused)], show)
     for why in refused.values():
         output.failure(f"Error: {why}")
     ended = {one.exit_status for one in statuses} | ({BAD_NAME} if refused else set())

@@ -199,6 +199,8 @@ def fleet_members(named: Sequence[Path]) -> tuple[FleetMember, ...]:
     places: dict[str, Path] = {}
     for one in found:
         before = places.setdefault(one.name, one.campaign)
+        if before is not one.campaign and before.resolve() == one.campaign.resolve():
+            raise ResultFileError(f"{one.campaign} is named twice: name each piece once")
         if before is not one.campaign:
             raise ResultFileError(
                 f"{before} and {one.campaign} have one name, and results are called by it: rename one of them"

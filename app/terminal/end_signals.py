@@ -20,10 +20,13 @@ class EndSignals:
     ----------
     number : int
         Of the first that arrived; SIGINT's before.
+    over : bool
+        Whether the verb has ended: what arrives then interrupts nothing any more.
     """
 
     def __init__(self) -> None:
         self.number = int(signal.SIGINT)
+        self.over = False
         self._arrived = False
 
     @property
@@ -35,7 +38,8 @@ class EndSignals:
         """Note the first signal, and raise."""
         if not self._arrived:
             self._arrived, self.number = True, number
-        raise KeyboardInterrupt
+        if not self.over:
+            raise KeyboardInterrupt
 
 
 @contextmanager
@@ -55,6 +59,7 @@ def end_signals() -> Iterator[EndSignals]:
     try:
         yield ends
     finally:
+        ends.over = True  # a second Ctrl-C while handlers are put back was a traceback
         for number, handler in previous.items():
             signal.signal(number, handler)
 

@@ -82,7 +82,8 @@ class NewsOfCampaign:
             if now.missing > before.missing:
                 new, one = now.missing - before.missing, now.missing - before.missing == 1
                 what = f"{now.kind[:-1]} was" if one else f"{now.kind} were"
-                told.append(("sweep given up", f"{new} {what} given up; {now.line}"))
+                why = f" ({now.given_up})" if now.given_up else ""
+                told.append(("sweep given up", f"{new} {what} given up{why}; {now.line}"))
         near = self._approached(now)
         if near and not self._near:
             told.append(("limit approached", near))
@@ -172,5 +173,7 @@ def _beyond(value: float, limit: float, end: float) -> bool:
 
 
 def _news(now: CampaignStatus, kind: Kind, text: str) -> News:
-    words = "NOT AT REST" if kind == "not at rest" else kind
+    words: str = "NOT AT REST" if kind == "not at rest" else kind
+    if kind == "finished" and now.missing:
+        words = f"finished, {now.finished} of {now.total} {now.kind}"
     return News(kind, now.folder, f"Flexura, {now.name}: {words}", text)

@@ -334,7 +334,10 @@ def addresses(
     for one in given:
         if one.startswith("@"):
             lines = _private(Path(one[1:]).expanduser(), "--notify", folders).splitlines()
-            found += [line.strip() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+            inside = [line.strip() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+            if not inside:
+                raise SecretError(f"--notify {one}: no address in it, nobody would be told; allowed: one a line")
+            found += inside
         else:
             _require_no_password(one)
             found.append(VARIABLE.sub(lambda name: _variable(name, environment), one))

@@ -14,7 +14,7 @@ from app.files.folder_lock import is_being_written
 from app.summaries.numbers import duration
 from app.watch.watched import Watched, set_point_line
 from app.watch.watched_hits import WatchedHits
-from app.watch.words import ended_by, plain
+from app.watch.words import ended_by, in_words, plain
 from drivers.hammer.judged_hit import ACCEPTED, REJECTED
 
 Standing = Literal["not begun", "running", "pausing", "paused", "silent", "stopped", "complete", "gone"]
@@ -47,8 +47,10 @@ class CampaignStatus:
         Limits, degrees Celsius.
     lowest, highest : float or None
         Between which the programme takes the oven, its way from the first reading included, degrees Celsius.
-    finished, missing, total : int
-        Sweeps kept, given up, and asked for.
+    finished, missing, lost, total : int
+        Sweeps kept, given up, kept of which the files are not there any more, and asked for.
+    given_up : str
+        Which was given up last, and why.
     doubted : int
         Finished sweeps whose temperature is in doubt.
     seconds_left : float or None
@@ -92,6 +94,8 @@ class CampaignStatus:
     highest: float | None = None
     finished: int = 0
     missing: int = 0
+    lost: int = 0
+    given_up: str = ""
     total: int = 0
     doubted: int = 0
     seconds_left: float | None = None
@@ -117,7 +121,7 @@ class CampaignStatus:
         if self.state in ("silent", "gone"):
             return SILENT
         if self.state == "complete":
-            return NOT_WHOLE if self.missing else COMPLETE
+            return NOT_WHOLE if self.missing or self.lost else COMPLETE
         return NOT_WHOLE if self.state == "stopped" else GOING_ON
 
     @property
@@ -136,7 +140,7 @@ class CampaignStatus:
         if state == "silent":
             gone = "its process is gone without a word" if self.abandoned else "nothing was written"
             state = f"silent: {gone} for {duration(self.silent_for)}"
-        elif state == "complete" and self.missing:
+        elif state == "complete" and (self.missing or self.lost):
             state = f"complete with {self.kind} missing"
         elif state == "stopped" and self.ending:
             state = f"stopped: {self.ending}"
@@ -160,6 +164,7 @@ class CampaignStatus:
             f"{duration(left)} left{clock}" if left is not None else "",
             f"trouble: {self.trouble}" if self.trouble else "",
             f"clipping: {', '.join(self.clipping)}" if self.clipping else "",
+            self.problem,
             self.next_step,
         ]
 
@@ -177,10 +182,14 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         Time of day, s since 1970.
     """
     _, total, left = watched.progress
-    finished = {event.get("step") for event in watched.events_of("finished")}
-    missing = {event.get("step") for event in watched.events_of("missing")} - finished
+    recorded, state = watched.finished, watched.state(now)
+    lost = recorded - watched.there if state in ("complete", "stopped") else set()
+    finished = recorded - lost
+    missing = {event.get("step") for event in watched.events_of("missing")} - recorded
+    problems = [f"{file}: {what}" for file, what in watched.problems.items()]
+    if lost:
+        problems.append(f"sweeps/: {len(lost)} of {len(recorded)} that were recorded are not there any more")
     last = watched.readings[-1] if watched.readings else None
-    state = watched.state(now)
     seconds_left = left if last is not None and math.isfinite(left) and state in UNDER_WAY else None
     rest, unsafe = at_rest(watched.events_of("oven"), [] if watched.simulated else watched.said)
     programme = watched.protocol.programme if watched.protocol is not None else None
@@ -193,7 +202,7 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         name=name,
         folder=plain(watched.folder),
         state=state,
-        problem=plain("; ".join(f"{file}: {what}" for file, what in watched.problems.items())),
+        problem=plain("; ".join(problems)),
         simulated=watched.simulated,
         stage=plain(last.stage) if last is not None else "",
         air=_finite(last.air_c) if last is not None else None,
@@ -205,6 +214,8 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         highest=ends[-1] if ends else None,
         finished=len(finished),
         missing=len(missing),
+        lost=len(lost),
+        given_up=next((in_words(one) for one in reversed(watched.events_of("missing"))), ""),
         total=total,
         doubted=len(_doubted(watched) & finished),
         seconds_left=seconds_left,

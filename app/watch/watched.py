@@ -241,6 +241,8 @@ class Watched:
         self.readings += [reading for reading in found if reading is not None]
         told = (told_by_watchdog(line) for line in self._tails[WATCHDOG].lines())
         self.said += [one for one in told if one is not None]
+        if not self.events and self.there:
+            self.problems[events.NAME] = "not there, or it cannot be read; sweeps are counted by their files"
         self._look_at_latest()
         self._look_at_sweeps()
         return before != self._amounts()
@@ -259,7 +261,7 @@ class Watched:
         if self.abandoned or now - self.last_sign > self.patience:
             return "silent"
         if not self.events:
-            return "not begun"
+            return "stopped" if self.there else "not begun"
         resting = next(
             (e["event"] for e in reversed(self.events) if e.get("event") in ("paused", "continued")), ""
         )
@@ -303,6 +305,17 @@ class Watched:
     def events_of(self, kind: str) -> list[dict[str, Any]]:
         """Return every event of a kind."""
         return [event for event in self.events if event.get("event") == kind]
+
+    @property
+    def there(self) -> set[int]:
+        """Steps of the sweeps whose files are there."""
+        return {int(path.name[:4]) for path in sweep_paths(self.folder) if path.name[:4].isdigit()}
+
+    @property
+    def finished(self) -> set[int]:
+        """Steps of the sweeps that were finished: by the log, or, where that is away, by their files."""
+        by_log = {event.get("step") for event in self.events_of("finished")}
+        return {step for step in by_log if isinstance(step, int)} if self.events else self.there
 
     @property
     def progress(self) -> tuple[int, int, float]:

@@ -162,7 +162,8 @@ def _whole(file: Any) -> int:
 
 
 def _damaged(number: int, line: bytes) -> Problem:
-    return Problem(NAME, f"line {number}", repr(line[:60]), "an event", "import the campaign again")
+    remedy = "remove that line, or put the file back from a copy"
+    return Problem(NAME, f"line {number}", repr(line[:60]), "an event", remedy)
 
 
 class Tail:

@@ -162,9 +162,13 @@ def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
 
 
 def changed_keys(folder: Path, protocol: Mapping[str, Any]) -> list[str]:
-    """Return what differs between a protocol and that of a campaign folder, as the experiment's file names it."""
+    """Return what differs between a protocol and that of a campaign folder, as the experiment's file names it.
+
+    The campaign's name is that of its folder, which may have been renamed.
+    """
     there, _ = read_protocol(folder)
-    before, now = {part: there.get(part) for part in protocol}, dict(protocol)
+    now = {part: value for part, value in protocol.items() if part != "name"}
+    before = {part: there.get(part) for part in now}
     begun, asked = before.get("acquired"), now.get("acquired")
     if isinstance(begun, dict) and isinstance(asked, dict):
         before["acquired"], now["acquired"] = without_wiring(begun, asked), without_wiring(asked, begun)

@@ -31,8 +31,8 @@ from pydantic import ValidationError
 
 from analysis.experiment import Experiment
 from analysis.recordings.campaign import Campaign, CampaignExtent, State, Sweep
+from app.files.acquisition.events import LATEST, READINGS, later_doubts, read_events
 from app.files.acquisition.events import NAME as EVENTS
-from app.files.acquisition.events import later_doubts, read_events
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.coverage import Place, coverage_problems, missing_places
@@ -49,6 +49,10 @@ PROPERTIES = ("step", "direction", "level", "oven_temperature_start", "oven_temp
 DOUBT = "temperature_doubt"
 """Only where the rig doubted the plate's temperature; for people, and for the notes of results."""
 REMEDY = "delete the folder and import the campaign again"
+ONLY_HERE = (
+    "keep the folder: what was measured is nowhere else. Put the file back from a copy, or from a campaign of the "
+    "same experiment, begun with flexura acquire in another place and stopped at once"
+)
 
 
 @dataclass(frozen=True)
@@ -214,19 +218,23 @@ def write_protocol(folder: Path, protocol: dict[str, Any]) -> None:
 
 def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
     """Read ``protocol.json``; CampaignFileError if it is damaged, of another format, or was edited."""
+    acquired = any((folder / name).exists() for name in (READINGS, LATEST))
+    remedy = ONLY_HERE if acquired else REMEDY
     try:
         protocol = parse_json(read_text(folder / PROTOCOL, LARGEST_PROTOCOL))
+        if not isinstance(protocol, dict):
+            raise TypeError(f"a {type(protocol).__name__}, not an object with keys")
         content = {key: value for key, value in protocol.items() if key != "sha256"}
         if content["format"] != FORMAT:
             raise CampaignFileError(folder, [Problem(PROTOCOL, "format", repr(content["format"]), repr(FORMAT))])
         if protocol["sha256"] != _digest(content):
             seen = "not that of the content: the file was edited or damaged"
-            raise CampaignFileError(folder, [Problem(PROTOCOL, "sha256", seen, "a frozen protocol", REMEDY)])
+            raise CampaignFileError(folder, [Problem(PROTOCOL, "sha256", seen, "a frozen protocol", remedy)])
         return protocol, Experiment.model_validate_json(json.dumps(content["experiment"]))
     except CampaignFileError:
         raise
     except (OSError, KeyError, AttributeError, TypeError, ValueError, ValidationError) as error:
-        wrong = Problem(PROTOCOL, "", f"unreadable ({error})", "a frozen protocol", REMEDY)
+        wrong = Problem(PROTOCOL, "", f"unreadable ({error})", "a frozen protocol", remedy)
         raise CampaignFileError(folder, [wrong]) from error
 
 

@@ -11,7 +11,7 @@ from app.chain.work import campaign_hashes, file_hashes
 from app.files.acquisition.events import append_event
 from app.files.campaigns.channels import declaration_digest
 from app.files.campaigns.loading import load_campaign
-from app.terminal.end_signals import held_back
+from app.terminal.end_signals import end_signals, held_back
 from tests.app.conftest import TinyCampaign
 
 TABLE = '\n[run]\nwithout = ["gap"]\n\n[run.focus]\ntaps = 64\n'
@@ -81,3 +81,13 @@ def test_a_signal_waits_until_the_files_are_written() -> None:
         write()
     assert done == ["first", "second"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_second_signal_at_the_end_interrupts_nothing_any_more() -> None:
+    """It was a traceback of sixty lines after the sentence that said "stopped"."""
+    with end_signals() as ends:
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        ends.over = True  # as where handlers are put back
+        os.kill(os.getpid(), signal.SIGINT)
+    assert ends.status == 130

@@ -80,6 +80,7 @@ def test_a_folder_that_disappears_is_one_sentence(campaigns: Path, run_flexura: 
         (("doors/remarks",), "not a campaign; it holds nothing"),
         (("doors/first", "doors/remarks"), "no campaign, nor a folder of campaigns; allowed: folders with"),
         (("doors/first", "other/first"), "have one name, and results are called by it"),
+        (("doors/first", "doors/../doors/first"), "is named twice: name each piece once"),
         (("empty.txt",), "the list is empty; allowed: one folder a line"),
         (("wrong.txt",), "line 2: nowhere is no campaign"),
         (("binary.txt",), "the list cannot be read"),

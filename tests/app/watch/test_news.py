@@ -58,9 +58,16 @@ def test_a_limit_is_approached_half_way_from_the_programme_s_end(name: str, star
 def test_sweeps_given_up_say_how_many() -> None:
     news = NewsOfCampaign()
     news.of(CALM)
-    (told,) = news.of(replace(CALM, missing=3))
-    assert told.text.startswith("3 sweeps were given up; ")
+    (told,) = news.of(replace(CALM, missing=3, given_up="given up: 30 °C up 1 V: passed"))
+    assert told.text.startswith("3 sweeps were given up (given up: 30 °C up 1 V: passed); ")
     assert told.title == "Flexura, one: sweep given up"
+
+
+def test_an_end_without_all_sweeps_is_not_called_finished_alone() -> None:
+    news = NewsOfCampaign()
+    news.of(replace(CALM, missing=4, total=4))
+    (told,) = news.of(replace(CALM, state="complete", missing=4, total=4))
+    assert (told.kind, told.title) == ("finished", "Flexura, one: finished, 0 of 4 sweeps")
 
 
 def test_messages_of_a_kind_become_ever_rarer_and_none_is_lost_for_good() -> None:

@@ -46,6 +46,14 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(given: str, words: str) ->
 
 
 @POSIX
+@pytest.mark.parametrize("text", ["", "# the team's address comes here\n\n"])
+def test_a_file_without_an_address_is_refused(tmp_path: Path, text: str) -> None:
+    """A campaign of a night ran, and nobody was told."""
+    with pytest.raises(SecretError, match="no address in it, nobody would be told"):
+        addresses([f"@{private(tmp_path / 'to.txt', text)}"], [], {})
+
+
+@POSIX
 def test_a_file_that_others_can_read_is_refused(tmp_path: Path) -> None:
     file = private(tmp_path / "to.txt", "ntfy://t\n", 0o640)
     with pytest.raises(SecretError, match=r"mode 640.*chmod 600"):

@@ -143,6 +143,50 @@ def test_sweeps_given_up_count_once_and_not_if_made_later(campaign: Campaign) ->
     assert status(folder).missing == 0
 
 
+@pytest.mark.parametrize(("gone", "left"), [("*", 0), ("0003*", 5)])
+def test_sweeps_that_are_not_there_any_more_are_told(campaign: Campaign, gone: str, left: int) -> None:
+    """It was "complete; 6 of 6 sweeps" with an empty folder."""
+    folder = campaign("lost", events=None)
+    for path in list((folder / "sweeps").glob(gone)):
+        path.unlink()
+    found = status(folder)
+    assert (found.state, found.finished, found.exit_status) == ("complete", left, 1)
+    assert found.line.startswith(f"complete with sweeps missing; {left} of 6 sweeps")
+    assert f"sweeps/: {6 - left} of 6 that were recorded are not there any more" in found.line
+
+
+def test_a_log_that_is_away_is_told_and_sweeps_are_counted_by_their_files(campaign: Campaign) -> None:
+    """It was "not begun; 0 of 6 sweeps", with hours left."""
+    folder = campaign("without", events=None)
+    (folder / "events.jsonl").unlink()
+    found = status(folder)
+    assert (found.state, found.finished, found.exit_status) == ("stopped", 6, 1)
+    assert "events.jsonl: not there, or it cannot be read" in found.line
+
+
+def test_a_campaign_is_told_once_and_its_lock_is_none(campaign: Campaign, run_flexura: Flexura) -> None:
+    folder = campaign("going")
+    lock = folder.with_name("going.lock")
+    lock.touch()
+    code, out, err = run_flexura("status", str(folder), f"{folder}/", str(lock))
+    assert (code, out.count("going:"), err) == (5, 1, "")
+
+
+def test_a_folder_that_cannot_be_read_does_not_hide_the_others(
+    campaign: Campaign, tmp_path: Path, run_flexura: Flexura, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def denied(path: Path) -> bool:
+        if path.name == "noread":
+            raise PermissionError(13, "Permission denied", str(path))
+        return (path / "protocol.json").is_file()
+
+    monkeypatch.setattr("app.files.campaigns.kind.is_campaign_folder", denied)
+    (tmp_path / "noread").mkdir()
+    code, out, err = run_flexura("status", str(tmp_path / "noread"), str(campaign("going")))
+    assert (code, err) == (2, f"Error: {tmp_path / 'noread'}: cannot be read: Permission denied\n")
+    assert out.startswith("going: running")
+
+
 def test_a_folder_that_disappears_and_comes_back(campaign: Campaign) -> None:
     folder = campaign("fleeting")
     watched = WatchedFolder(folder, "fleeting")
@@ -208,7 +252,7 @@ def test_a_name_that_is_no_campaign_does_not_hide_the_others(
     unsafe = campaign("unsafe", more=[AT_REST | {"unsafe": ["oven"]}])
     none = str(tmp_path / "mistyped")
     code, out, err = run_flexura("status", none, str(finished), "--json")
-    assert (code, [one["state"] for one in json.loads(out)]) == (2, ["complete"])
+    assert (code, [one["state"] for one in json.loads(out)]) == (2, ["complete", "refused"])
     assert err == f"Error: {none}: does not exist; allowed: a folder with protocol.json or hammer.json, " + (
         "as flexura acquire makes it\n"
     )

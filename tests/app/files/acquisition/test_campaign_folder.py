@@ -16,6 +16,7 @@ from analysis.declaration.tolerances import Tolerances
 from analysis.protocol.protocol import SweepSetPoint
 from analysis.recordings.campaign import Sweep
 from app.files.acquisition.campaign_folder import AcquiredCampaign, open_campaign
+from app.files.acquisition.same_experiment import require_ours
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.folder import Source, frozen_protocol, read_protocol, read_sweep_file, sweep_paths
 from app.files.campaigns.loading import load_campaign
@@ -289,6 +290,28 @@ def test_a_campaign_begun_before_a_key_was_there_goes_on(opened: Opened) -> None
         opened(oven=oven, simulation=moved, tolerances=known),
     ):
         pass
+
+
+def test_a_renamed_folder_goes_on(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
+    (tmp_path / "campaign").rename(tmp_path / "left seat")
+    protocol, experiment = read_protocol(tmp_path / "left seat")
+    require_ours(tmp_path / "left seat", protocol | {"name": "left seat"})
+    assert experiment.title
+
+
+@pytest.mark.parametrize("damage", ['{"format": "camp', "[]", "\x00"])
+def test_nobody_is_told_to_delete_what_was_measured(opened: Opened, tmp_path: Path, damage: str) -> None:
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
+    folder = tmp_path / "campaign"
+    (folder / "readings.csv").touch()
+    (folder / "protocol.json").write_text(damage, encoding="utf-8")
+    with pytest.raises(CampaignFileError, match="keep the folder: what was measured is nowhere else") as told:
+        load_campaign(folder)
+    assert "delete the folder" not in str(told.value)
+    assert "attribute" not in str(told.value)
 
 
 def test_a_folder_of_somebody_elses_is_left_alone(opened: Opened, tmp_path: Path) -> None:
