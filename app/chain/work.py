@@ -221,7 +221,7 @@ class Work:
 
     def renew(self) -> None:
         """Forget what was read: the campaign has been imported."""
-        for name in ("hashes", "campaign"):
+        for name in ("recorded", "hashes", "campaign"):
             self.__dict__.pop(name, None)
 
     def models_wanted(self) -> "tuple[WantedModel, ...]":

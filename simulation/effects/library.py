@@ -446,7 +446,8 @@ def _check_fields(effect: Effect, card: EffectCard, experiment: Experiment) -> N
             terms = [polynomial(one, *everywhere) for one in polynomials(degree)]
             kept = field_basis(degree).coefficients(seen) @ np.array(terms)
             whole, lost = np.linalg.norm(change), np.linalg.norm(change - kept)
-            if lost > LARGEST_LOST * whole:
+            rounding = 1e-9 * np.linalg.norm(getattr(many, name))
+            if lost > LARGEST_LOST * whole + rounding:
                 raise ValueError(
                     f"the twin loses {100.0 * lost / whole:.0f} % of what it changes of {name}: it keeps a field "
                     f"as a polynomial of degree {degree} over the plate, and no step, strip or spot is one; use "

@@ -91,7 +91,7 @@ def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str,
 
 def _apart(kelvins: float, campaign: AnyCampaign) -> str:
     """Say that readings at equal stiffness differ by so much, up less down."""
-    touched = _touched(campaign)
+    touched = _touched(campaign) or campaign.experiment.oven.reading == "plate"
     reading = "plate" if touched else "air"
     seen = f"at equal stiffness the {reading} reads {kelvins:+.1f} K on the way up against the way down"
     if touched:
