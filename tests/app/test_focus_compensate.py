@@ -309,7 +309,7 @@ def test_compensate_names_what_is_wrong(run, panel):
     assert "3 training temperatures; at least 4 are needed: take a smaller spacing" in result.output
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
-    assert "--device abacus: torch cannot use it" in result.output
+    assert "--device abacus: no device for networks; allowed: cpu, cuda" in result.output
     result = flex("compensate", run, "--panel", panel, "--place", 8, "--spacing", 4)
     assert "--place and --spacing each choose the training temperatures" in result.output
     assert result.exit_code == 2

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -269,6 +270,8 @@ def checked_device(device: str) -> None:
     """Raise ResultFileError unless networks can be trained on `device`: ``cpu`` or a device of torch."""
     if device == "cpu":
         return
+    if not re.fullmatch(r"(cuda|mps|xpu)(:\d+)?", device):
+        raise ResultFileError(f"--device {device}: no device for networks; allowed: cpu, cuda, cuda:1, mps, xpu")
     try:
         import torch
     except ImportError as error:
