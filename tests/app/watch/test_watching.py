@@ -334,7 +334,7 @@ def test_cards_say_what_to_do_and_draw_no_empty_boxes(
         assert "next: the same flexura acquire continues it" in second
         assert "not known" in second
         assert browser.run("return document.documentElement.scrollWidth") <= 360
-    assert browser.complaints() == []
+        assert browser.complaints() == []
 
 
 def test_the_token_is_typed_once(campaign: Campaign, tmp_path: Path, browser: Browser) -> None:
