@@ -50,8 +50,13 @@ def atomic_path(target: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
+def atomic_hdf5(target: Path, *, shared: bool = False) -> Iterator[h5py.File]:
     """Yield an HDF5 file open for writing; sealed, it takes the name `target` when the block ends well.
+
+    Parameters
+    ----------
+    shared : bool
+        Whether several processes may write the same at once, as a model that each of them needs; the last stays.
 
     Yields
     ------
@@ -65,26 +70,26 @@ def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
     """
     with unwritten(target), hdf5_image() as (file, made):
         yield file
-    write_bytes(target, *sealed(made[0]))
+    write_bytes(target, *sealed(made[0]), shared=shared)
 
 
-def write_bytes(target: Path, *parts: bytes) -> None:
-    """Write `parts` one after another, whole or not at all.
+def write_bytes(target: Path, *parts: bytes, shared: bool = False) -> None:
+    """Write `parts` one after another, whole or not at all; `shared` as of `atomic_hdf5`.
 
     Raises
     ------
     UnwrittenFileError
         Where it cannot be written, with how much room is missing.
     """
-    with unwritten(target, sum(map(len, parts))), _partial(target) as partial:
+    with unwritten(target, sum(map(len, parts))), _partial(target, f".{os.getpid()}" * shared) as partial:
         write_whole(partial, parts)
 
 
 @contextmanager
-def _partial(target: Path) -> Iterator[Path]:
+def _partial(target: Path, own: str = "") -> Iterator[Path]:
     """Yield the path that takes the name `target` when the block ends well, and is removed when it does not."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(target.name + PARTIAL)
+    partial = target.with_name(target.name + own + PARTIAL)
     try:
         yield partial
         partial.replace(target)

@@ -206,7 +206,7 @@ def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" =
     basis : PlateBasis, optional
         Kept where effects will be asked of the plate.
     """
-    with atomic_hdf5(file) as stored:
+    with atomic_hdf5(file, shared=True) as stored:
         stored.attrs["format"] = FORMAT
         stored.attrs["error"] = reduced.error
         stored.attrs["band"] = reduced.band

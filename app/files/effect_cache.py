@@ -200,7 +200,7 @@ def operators_key(
 
 def save_operators(file: Path, operators: "EffectOperators") -> None:
     """Write operators, whole or not at all."""
-    with atomic_hdf5(file) as stored:
+    with atomic_hdf5(file, shared=True) as stored:
         stored.attrs["format"] = FORMAT
         stored.attrs["band"] = operators.band
         for name in SCALARS:

@@ -1,5 +1,7 @@
 import json
 import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import h5py
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.files.atomic import atomic_hdf5, atomic_path, write_json, write_text
+from app.files.hdf5_file import opened_hdf5
 
 
 def test_file_takes_its_name_only_when_the_block_has_ended(tmp_path: Path) -> None:
@@ -74,3 +77,20 @@ def test_json_refuses_what_json_lacks(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="JSON"):
         write_json(tmp_path / "nan.json", {"x": float("nan")})
     assert not (tmp_path / "nan.json").exists()
+
+
+def _written_often(target: Path) -> None:
+    for _ in range(40):
+        with atomic_hdf5(target, shared=True) as file:
+            file["model"] = np.arange(50_000)
+
+
+def test_processes_that_make_the_same_model_at_once_do_not_disturb_one_another(tmp_path: Path) -> None:
+    """Two first comparisons of one plate wrote one `.part`, and the second found it gone: FileNotFoundError."""
+    target = tmp_path / "model.h5"
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as workers:
+        for one in [workers.submit(_written_often, target) for _ in range(2)]:
+            one.result(timeout=120)
+    with opened_hdf5(target) as file:
+        assert file["model"].shape == (50_000,)
+    assert [one.name for one in tmp_path.iterdir()] == ["model.h5"]
