@@ -436,6 +436,10 @@ def _check_fields(effect: Effect, card: EffectCard, experiment: Experiment) -> N
     """Compare what it changes of each field over the plate with what the twin keeps of that."""
     basis = field_basis(BENDING_DEGREE)
     everywhere = _grid((np.arange(EVERYWHERE) + 0.5) / EVERYWHERE * 2.0 - 1.0)
+    terms = {
+        degree: np.array([polynomial(one, *everywhere) for one in polynomials(degree)])
+        for degree in set(FIELD_DEGREES.values())
+    }
     at = interior_point(card, card.sites[len(card.sites) // 2])
     sampled = _trials(experiment, basis.xi, basis.zeta)
     for (circumstances, few), (_, many) in zip(sampled, _trials(experiment, *everywhere), strict=True):
@@ -443,8 +447,7 @@ def _check_fields(effect: Effect, card: EffectCard, experiment: Experiment) -> N
         for name, degree in FIELD_DEGREES.items():
             change = np.real(getattr(true, name) - getattr(many, name)) * np.ones(len(many.xi))
             seen = np.real(getattr(changed, name) - getattr(few, name)) * np.ones(len(few.xi))
-            terms = [polynomial(one, *everywhere) for one in polynomials(degree)]
-            kept = field_basis(degree).coefficients(seen) @ np.array(terms)
+            kept = field_basis(degree).coefficients(seen) @ terms[degree]
             whole, lost = np.linalg.norm(change), np.linalg.norm(change - kept)
             rounding = 1e-9 * np.linalg.norm(getattr(many, name))
             if lost > LARGEST_LOST * whole + rounding:

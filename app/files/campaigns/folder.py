@@ -218,8 +218,6 @@ def write_protocol(folder: Path, protocol: dict[str, Any]) -> None:
 
 def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
     """Read ``protocol.json``; CampaignFileError if it is damaged, of another format, or was edited."""
-    acquired = any((folder / name).exists() for name in (READINGS, LATEST))
-    remedy = ONLY_HERE if acquired else REMEDY
     try:
         protocol = parse_json(read_text(folder / PROTOCOL, LARGEST_PROTOCOL))
         if not isinstance(protocol, dict):
@@ -229,13 +227,18 @@ def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
             raise CampaignFileError(folder, [Problem(PROTOCOL, "format", repr(content["format"]), repr(FORMAT))])
         if protocol["sha256"] != _digest(content):
             seen = "not that of the content: the file was edited or damaged"
-            raise CampaignFileError(folder, [Problem(PROTOCOL, "sha256", seen, "a frozen protocol", remedy)])
+            raise CampaignFileError(folder, [_of_protocol(folder, "sha256", seen)])
         return protocol, Experiment.model_validate_json(json.dumps(content["experiment"]))
     except CampaignFileError:
         raise
     except (OSError, KeyError, AttributeError, TypeError, ValueError, ValidationError) as error:
-        wrong = Problem(PROTOCOL, "", f"unreadable ({error})", "a frozen protocol", remedy)
-        raise CampaignFileError(folder, [wrong]) from error
+        raise CampaignFileError(folder, [_of_protocol(folder, "", f"unreadable ({error})")]) from error
+
+
+def _of_protocol(folder: Path, key: str, seen: str) -> Problem:
+    """Say what is wrong with a protocol; what a rig measured is not to be deleted for it."""
+    acquired = any((folder / name).exists() for name in (READINGS, LATEST))
+    return Problem(PROTOCOL, key, seen, "a frozen protocol", ONLY_HERE if acquired else REMEDY)
 
 
 def _level_units(folder: Path, protocol: dict[str, Any], experiment: Experiment) -> tuple[str, ...]:

@@ -204,8 +204,8 @@ def _is_there(target: Path, protocol: dict[str, Any], *, declared_anew: bool) ->
         if _has_grown(there, protocol, declared_anew=declared_anew):
             return False
         seen = f"holds another campaign ({there['name']!r}, protocol {there['sha256'][:12]})"
-        if _of_other_files(there, protocol):
-            seen = f"holds what was imported from other files: {_of_other_files(there, protocol)}"
+        if changed := _of_other_files(there, protocol):
+            seen = f"holds what was imported from other files: {changed}"
     else:
         seen = "exists and is no campaign"
     remedy = "choose another with --out, or remove it"
