@@ -49,7 +49,8 @@ def test_the_bands_hold_the_true_laws_where_the_declaration_is_careful(name: str
 
     E, nu and eta are true at the plate's own temperature, which the second's oven reads wrong by 0.2 K; the band
     contains it. The errors of all sweeps have common causes: they are at most two standard deviations off
-    together.
+    together. Most of the band of E is the lag of a plate whose temperature is the air's: 300 s of a ramp of
+    0.4 K/min, and E changes by about 2 % per kelvin.
     """
     updated = updated_twin(load_campaign(FOLDER.parent / name), 50.0, lambda stage, share: None).updated
     table = np.loadtxt(FOLDER.parent / name / "truth-laws.csv", delimiter=",", skiprows=1)
@@ -60,6 +61,6 @@ def test_the_bands_hold_the_true_laws_where_the_declaration_is_careful(name: str
         assert away.max() < 3.0
     relative = updated.sigma.youngs_modulus / updated.material.youngs_modulus
     assert (relative > 3e-3).all()  # 600 times too small it was
-    assert (relative < 2e-2).all()
+    assert (relative < 6e-2).all()
     assert not any(one.beyond for one in updated.declared)
     assert np.mean(updated.misfit / updated.noise_floor) < 1.02
