@@ -143,7 +143,8 @@ class FrfCheck:
     @property
     def sentence(self) -> str:
         """What was found, in words."""
-        per_cent = f"{100.0 * self.value:.2g} %"
+        share = 100.0 * self.value
+        per_cent = f"{share:.0f} %" if share > 10.0 else f"{share:.2g} %"
         if len(self.names) > 1:
             verdict = "" if self.passed else ": a hit or a sensor is beside its point"
             return f"reciprocity with {self.names[1]}: {per_cent} apart{verdict}"

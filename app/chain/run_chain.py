@@ -73,16 +73,38 @@ def run_chain(request: RunRequest, listener: RunListener) -> RunRecord:
     CampaignFileError
         For a campaign that cannot be read or imported.
     ResultFileError
-        For a run folder that cannot be written.
+        For a run folder that cannot be written, and for files and a device that the options name and that are not
+        there: not after minutes of other stages.
     OSError
         Where ``run.json`` cannot be written.
     """
+    _require_named(request)
     with run_folder(request.campaign, request.out, room_of(request.campaign)) as run, ExitStack() as stack:
         chain = _Chain(request, listener, stack, run)
         for stage in request.stages:
             if stage != "import" or request.imported is not None:
                 chain.do(stage)
         return chain.ended()
+
+
+def _require_named(request: RunRequest) -> None:
+    """Raise ResultFileError for what stages of a run are told to use, and cannot."""
+    options, stages = request.options, set(request.stages)
+    settings = options.settings
+    for key, named, users in (
+        ("effects", settings.effects, {"gap"}),
+        ("focus.panel", settings.focus.panel, {"focus", "compensate"}),
+        ("compensate.weather", settings.compensate.weather, {"compensate"}),
+    ):
+        path = options.path(named)
+        if users & stages and path is not None and not path.exists():
+            raise ResultFileError(
+                f"option {key} of [run]: {path} is not there; name what is there, or leave it out"
+            )
+    if "compensate" in stages and settings.compensate.device != "cpu":
+        from app.stages.panel.inputs import checked_device
+
+        checked_device(settings.compensate.device)
 
 
 TELL_THEIR_CAMPAIGN = ("identify", "update", "gap")

@@ -33,6 +33,7 @@ from app.modal_test.frf_set import (
     require_one_of_each,
     said_of_coherence,
     said_of_reference,
+    with_said_of_ends,
 )
 from app.modal_test.signals import SignalsOfFile, given_frfs, signals
 
@@ -92,7 +93,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         require_one_of_each(transfers, PLACES)
         if test.kind == "frf":
             require_convention(transfers)
-        return FrfSet(
+        frfs = FrfSet(
             title=test.title or file.parent.resolve().name,
             transfers=tuple(transfers),
             points=points,
@@ -110,6 +111,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             date="" if test.date is None else test.date.isoformat(),
             without_hits=_without_hits(singles, test.estimator),
         )
+        return with_said_of_ends(frfs)
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
 
@@ -421,7 +423,7 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
         require_convention(frfs.transfers)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
-    return frfs
+    return with_said_of_ends(frfs)
 
 
 def _said_of_extent(nodes: Mapping[int, Position]) -> list[str]:

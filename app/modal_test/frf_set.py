@@ -15,6 +15,7 @@ from analysis.estimation.transfer import MeasuredTransfer, turns_backward
 from analysis.identification.judgement.confirmation import WithoutHit
 from analysis.identification.settings import lines_inside
 from analysis.labelled import Labelled, LabelledArrays
+from analysis.shapes.stabilization import FrfCheck, checks
 from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
@@ -208,6 +209,43 @@ def said_of_reference(transfers: Sequence[MeasuredTransfer]) -> list[str]:
         "those of the structure as it is. On a moving base they are the modes on that base; for those of the free "
         "structure measure the force, and give it the role drive"
     ]
+
+
+def with_said_of_ends(frfs: FrfSet) -> FrfSet:
+    """Add notes on drive points that take no power, and on reciprocal FRFs that differ, to those of a set.
+
+    Where a declaration does not say at which nodes drive and sensor stood they are numbered, which makes a drive
+    point of the first; shapes would be scaled by it. An FRF alone has no shapes.
+    """
+    if len(frfs.transfers) < 2:
+        return frfs
+    failed = [one for one in checks(frfs.transfers, frfs.frequency) if not one.passed]
+    points = [one for one in failed if len(one.names) == 1]
+    pairs = [one for one in failed if len(one.names) > 1]
+    said = [_said_of_drive_point(frfs, point) for point in points]
+    if pairs:
+        worst = max(pairs, key=lambda one: one.value)
+        more = f" ({len(pairs) - 1} more pairs are apart, too)" if len(pairs) > 1 else ""
+        said.append(f"{worst.names[0]}: {worst.sentence}{more}")
+    return replace(frfs, notes=(*frfs.notes, *said))
+
+
+def _said_of_drive_point(frfs: FrfSet, point: FrfCheck) -> str:
+    """Say that it is none, and which FRF of the same drive or sensor could be, if one alone could."""
+    declared = next(one for one in frfs.transfers if one.name == point.names[0])
+    column = [one for one in frfs.transfers if one.reference == declared.reference and one is not declared]
+    row = [one for one in frfs.transfers if one.response == declared.response and one is not declared]
+    places = [(one, one.reference) for one in column] + [(one, declared.reference) for one in row]
+    fits = [one.name for one, there in places if _takes_power(replace(one, response=there, reference=there), frfs)]
+    instead = f"; {fits[0]} looks like one" if len(fits) == 1 else ""
+    return (
+        f"{declared.name}: {point.sentence}{instead}. Say under at where the drive and the sensors stood: "
+        "the scale of shapes depends on it"
+    )
+
+
+def _takes_power(one: MeasuredTransfer, frfs: FrfSet) -> bool:
+    return any(check.passed for check in checks([one], frfs.frequency))
 
 
 def require_one_of_each(transfers: Sequence[MeasuredTransfer], remedy: str) -> None:

@@ -169,20 +169,21 @@ def campaign_screen(clock_is_virtual: bool, *, shown: bool = True) -> Iterator[O
         def show(moment: Moment) -> None:
             nonlocal last
             left = f"{duration(moment.seconds_left)} left{suffix}"
+            lost = f"{moment.given_up} given up, " if moment.given_up else ""
             bars.update(
                 bar,
                 description=moment.stage,
                 completed=moment.done,
                 total=moment.total,
                 temperature=moment.temperature,
-                left=left,
+                left=lost + left,
             )
             if not console.is_terminal and moment.done != last:
                 last = moment.done
                 now = datetime.now().astimezone().strftime("%Y-%m-%d %H:%M:%S %z")  # this goes into a log
                 console.print(
                     f"{now} {moment.done} of {moment.total} sweeps, {moment.stage}, {moment.temperature:.2f} °C, "
-                    f"{left}",
+                    f"{lost}{left}",
                     soft_wrap=True,
                 )
 

@@ -175,6 +175,8 @@ class Moment:
         ISO 8601.
     reading : Reading
         Both temperatures.
+    given_up : int
+        Of those done.
     """
 
     stage: str
@@ -184,6 +186,7 @@ class Moment:
     seconds_left: float
     date: str
     reading: Reading
+    given_up: int = 0
 
 
 class Observer(Protocol):
@@ -321,6 +324,8 @@ class LegRun(Approach):
         What is left.
     start : float
         Where the ramp begins, or is begun again, degrees Celsius.
+    given_up : int
+        Set-points given up so far.
     """
 
     def __init__(
@@ -335,6 +340,7 @@ class LegRun(Approach):
         self.leg = leg
         self.todo = list(todo)
         self.start = leg.start
+        self.given_up = 0
         self._sweeping = sweeping
         self._failures: dict[int, int] = {}
         self._begun_anew = False
@@ -407,6 +413,7 @@ class LegRun(Approach):
 
     def _give_up(self, set_point: SweepSetPoint, why: str) -> None:
         self.todo.remove(set_point)
+        self.given_up += 1
         self._station.note("missing", step=set_point.step, place=str(set_point), why=why)
 
     def _require_progress(self, along: float) -> None:
@@ -441,23 +448,32 @@ def _run_legs(
     paused: Callable[[], bool],
 ) -> None:
     sweeping = Sweeping(station, protocol, store, dict(progress.attempts), progress.doubted)
-    total = protocol.count
+    total, given_up = protocol.count, len(progress.given_up)
     for leg in left:
         station.leg = leg.number
         todo = _todo(leg, progress)
         later = sum(len(_todo(other, progress)) for other in left if other.number > leg.number)
         run = LegRun(leg, todo, station, sweeping, protocol)
 
-        def watch(stage: str, reading: Reading, ramping: bool, run: LegRun = run, later: int = later) -> bool:
+        def watch(
+            stage: str,
+            reading: Reading,
+            ramping: bool,
+            run: LegRun = run,
+            later: int = later,
+            before: int = given_up,
+        ) -> bool:
             temperature = station.watched(reading)
             leg_under_way = run.leg.number + (stage == LAST_SOAK)  # then the leg itself is finished
             start = run.start if leg_under_way == run.leg.number else None
             seconds = protocol.seconds(temperature, leg_under_way, ramping=ramping, start=start)
             done = total - later - len(run.todo)
-            observer(Moment(stage, temperature, done, total, seconds, station.date(), reading))
+            lost = before + run.given_up
+            observer(Moment(stage, temperature, done, total, seconds, station.date(), reading, lost))
             return paused()
 
         run.run(watch, under_way=progress.ramping == leg.number, begun=leg.number in progress.begun)
+        given_up += run.given_up
         if leg is left[-1] and protocol.programme.soak_after:
             run.settle(watch, leg.end, protocol.programme.ramp_rate, protocol.programme.soak_after, LAST_SOAK)
 

@@ -140,6 +140,10 @@ def test_missing_sweeps_make_it_not_good_enough(tmp_path: Path) -> None:
     result = run("acquire", file, "--out", tmp_path / "noisy", "--json")
     assert result.exit_code == 1
     assert json.loads(result.stdout)["missing"] == 4
+    said = [line for line in result.stderr.splitlines() if " of 4 sweeps" in line]
+    assert "given up" not in said[0]  # done are sweeps that are there and such that are not
+    counted = [re.search(r"(\d) of 4 sweeps, .*, (\d) given up, ", line).groups() for line in said[1:]]
+    assert counted == [(f"{n}", f"{n}") for n in (1, 2, 3)]  # the last ends the campaign
     assert len(list((tmp_path / "noisy" / "rejected").iterdir())) == 8
     reasons = {event["why"] for event in read_events(tmp_path / "noisy") if event["event"] == "missing"}
     assert all("not coherent" in reason for reason in reasons)

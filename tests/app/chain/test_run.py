@@ -127,6 +127,25 @@ def test_a_bad_typed_option_is_named(
         assert word in message
 
 
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        ("focus.panel=door.toml", "option focus.panel of [run]: "),
+        ("effects=own-effects", "option effects of [run]: "),
+        ("compensate.weather=july.toml", "option compensate.weather of [run]: "),
+        ("compensate.device=tpu", "tpu: no device for networks; allowed: cpu"),
+    ],
+)
+def test_what_a_later_stage_cannot_use_is_refused_before_the_first(
+    words: list[str], tmp_path: Path, run_flexura: Run, typed: str, told: str
+) -> None:
+    status, output, message = run_flexura(*words, "--set", typed)
+    assert (status, output) == (2, "")
+    assert told in message
+    assert not (tmp_path / "tiny-run").exists()
+    assert run_flexura(*words, "--set", typed, "--until", "identify")[0] == 0  # which needs none of them
+
+
 def test_stages_are_chosen() -> None:
     assert chosen_stages() == STAGES
     assert chosen_stages("update", "focus") == ("update", "gap", "focus")
