@@ -56,6 +56,9 @@ class Parameter:
         Of a declared quantity: the value about which the twin was made, and near which it is most exact.
     declared : bool
         Whether it is a declared quantity, whose prior is its tolerance: normal however far.
+    only_inside : bool
+        Whether a shape is told inside its range only: at a bound the effect has become another one (a relaxation
+        far below the band, a loss that falls with frequency), whose name it must not have.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Parameter:
     shown: str = ""
     made_at: float = 0.0
     declared: bool = False
+    only_inside: bool = False
 
     def __post_init__(self) -> None:
         if self.shown and (self.unit, self.shown) not in PEOPLES:

@@ -21,7 +21,7 @@ def card(experiment: Experiment) -> EffectCard:
         summary="insulation beside the inputs leaks, more the warmer it is",
         parameters=(
             Parameter("leak25", "1", 0.0, 2.0, 0.05, shown="%"),
-            Parameter("growth", "1/K", 0.01, 0.1, 0.03, shape=True, typical=0.05, shown="%/K"),
+            Parameter("growth", "1/K", 0.01, 0.1, 0.03, shape=True, typical=0.05, shown="%/K", only_inside=True),
         ),
         needs=("patches read as voltages, responses near the lower end of the band, a wide temperature range"),
         separated_by=(

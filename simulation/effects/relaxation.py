@@ -20,7 +20,16 @@ def card(experiment: Experiment) -> EffectCard:
         summary="one relaxation within the band: stiffer above its frequency, lossier at it",
         parameters=(
             Parameter("strength", "1", 0.0, 0.5, 0.03, shown="%"),
-            Parameter("frequency", "Hz", 0.25 * low, 4.0 * high, 2.0 * middle, shape=True, typical=middle),
+            Parameter(
+                "frequency",
+                "Hz",
+                0.25 * low,
+                4.0 * high,
+                2.0 * middle,
+                shape=True,
+                typical=middle,
+                only_inside=True,
+            ),
         ),
         needs="modes over at least two octaves around the relaxation",
         separated_by="a dynamic mechanical analysis of a strip: a peak of the loss factor over frequency",

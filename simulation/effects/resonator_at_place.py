@@ -28,7 +28,16 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(
             Parameter("mass", "kg", 0.0, 0.02, 0.0005, shown="g"),
             *coordinates(experiment),
-            Parameter("resonance", "Hz", 0.7 * low, 1.4 * high, 0.5 * (high - low), shape=True, typical=middle),
+            Parameter(
+                "resonance",
+                "Hz",
+                0.7 * low,
+                1.4 * high,
+                0.5 * (high - low),
+                shape=True,
+                typical=middle,
+                only_inside=True,
+            ),
             Parameter("loss", "1", 0.005, 1.0, 0.1, shape=True, typical=START_LOSS, shown="%"),
         ),
         needs="lines much closer than the resonance is wide, and modes on both sides of it",

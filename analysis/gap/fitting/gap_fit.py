@@ -195,15 +195,24 @@ class GapFit:
 
     @property
     def plausible(self) -> bool:
-        """Whether no amplitude of an effect is at a bound of its physical range, zero excepted.
+        """Whether no effect has become another, and no amplitude is at a bound of its physical range but zero.
 
         An amplitude may be zero: a suspension may have a spring without a dashpot.
         """
         free, values = self.free, self.free.read(self.state.on)
-        return not any(
+        return not self.become_another and not any(
             name in self.on_wall and not card.shape and value != 0.0
             for name, card, value in zip(free.names[: free.effects], free.cards, values, strict=False)
         )
+
+    @property
+    def become_another(self) -> tuple[str, ...]:
+        """Effects with a shape that is told inside its range only, and that is not told from a bound of it."""
+        free = self.free
+        values = free.read(self.state.on)
+        near = np.minimum(values - free.low, free.high - values) <= self.stated.parameters
+        named = zip(free.names[: free.effects], free.cards, near, strict=False)
+        return tuple(name for (name, _), card, bound in named if card.only_inside and bound)
 
     @property
     def _precision(self) -> Real:

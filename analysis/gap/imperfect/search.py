@@ -169,6 +169,7 @@ class ImperfectSearch:
         for _ in range(MOST_EFFECTS):
             gains = near.gains()
             idle = [n for n, gain in gains.items() if gain < LEAST_GAIN or near.at.size(n) < LEAST_SIGMAS]
+            idle += near.at.fit.become_another
             if idle:
                 near = self._neighbours(self._fitted(near, near.left(min(idle, key=gains.__getitem__))))
                 continue
@@ -214,9 +215,11 @@ class ImperfectSearch:
             promising = best
         for trial in promising[:FITTED]:
             fitted = self._fitted(near, trial.state)
+            gone = [name for name in near.at.effects if name not in fitted.effects]
+            if fitted.fit.become_another:  # what has no name here must not get that of what explains less
+                least = max(least, self._neighbours(fitted, gone).over(near))
             if not fitted.fit.plausible or fitted.idle(self.plain.model.cards):
                 continue
-            gone = [name for name in near.at.effects if name not in fitted.effects]
             # most sets are refused, and all candidates are most of the cost
             found = self._neighbours(fitted, gone)
             if found.over(near) >= least:

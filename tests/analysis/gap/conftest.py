@@ -326,8 +326,22 @@ def placed_plate(cards, size=lambda one, frequency: one["grams"]):
     return Placed(2)
 
 
+def bounded_plate(plate, effect, shape, low):
+    """Return a plate of which a shape of one effect begins at `low`, and is told inside its range only."""
+
+    class Bounded(ToyPlate):
+        @property
+        def cards(self):
+            card = plate.cards[effect]
+            narrow = (replace(p, low=low, only_inside=True) if p.name == shape else p for p in card.parameters)
+            return {**plate.cards, effect: replace(card, parameters=tuple(narrow))}
+
+    return Bounded(plate.channels, plate.left_out)
+
+
 class ToyTools:
     Plate = ToyPlate
+    bounded = staticmethod(bounded_plate)
     placed = staticmethod(placed_plate)
     cards = CARDS
     gain = GAIN

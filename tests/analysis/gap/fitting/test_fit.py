@@ -86,6 +86,17 @@ def test_a_parameter_stays_at_the_wall_that_it_is_pushed_against(toy, pool):
     assert fit.on_wall == (("mass", "grams"),)
 
 
+def test_a_shape_that_is_not_told_from_its_bound_makes_another_effect(toy, pool):
+    """A relaxation far below the band is a loss that falls with frequency, and was named with 0.95."""
+    sweeps, _ = toy.prepared(temperatures=TEMPERATURES, effects={"damage": {"loss": 0.3, "x": 0.33}})
+    start = toy.start(sweeps.groups).with_effects({"damage": {"loss": 0.2, "x": 0.4}})
+    for low, another in ((0.05, ()), (0.33, ("damage",)), (0.36, ("damage",))):
+        fit = fit_gap(toy.bounded(toy.Plate(), "damage", "x", low), sweeps, start, ("damage",), pool)
+        assert fit.become_another == another
+        assert fit.plausible == (not another)
+    assert fit_gap(toy.Plate(), sweeps, start, ("damage",), pool).plausible  # a place may be at the plate's edge
+
+
 def test_held_effects_and_gain_do_not_move(toy, pool):
     sweeps, _ = toy.prepared(temperatures=TEMPERATURES, effects={"mass": {"grams": 1.0}})
     start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.9}})

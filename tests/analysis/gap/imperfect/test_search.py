@@ -59,6 +59,13 @@ def test_an_effect_within_its_own_deviation_is_none_whatever_its_evidence(scatte
     assert name not in ImperfectSearch(context, baseline).run().final.effects
 
 
+def test_what_has_become_another_effect_has_no_name_and_leaves_it_to_none_that_explains_less(scattered, toy):
+    context, baseline = scattered(3, 0.001, 0.005, {"damage": {"loss": 0.3, "x": 0.33}})
+    assert ImperfectSearch(context, baseline).run().final.effects == ("damage",)
+    context.model = toy.bounded(context.model, "damage", "x", 0.36)
+    assert ImperfectSearch(context, baseline).run().final.effects == ()
+
+
 def test_modes_that_scatter_explain_a_gap_as_well_as_effects_that_are_not_there(scattered):
     """An effect that is there, and one without any scatter, stand."""
     unsure = {"taper": Surety(20.0, {}, (), 0.95)}
