@@ -106,7 +106,7 @@ function show(state) {
     }
     if (one.trouble) warnings.push("trouble: " + one.trouble);
     if (one.clipping.length) warnings.push("clipping: " + one.clipping.join(", "));
-    if (one.problem) warnings.push("cannot be read: " + one.problem);
+    if (one.problem) warnings.push((one.state === "gone" ? "the folder cannot be read: " : "") + one.problem);
     parts.warnings.replaceChildren(...warnings.map((text) => make("p", text)));
     parts.bar.max = Math.max(one.total, 1);
     parts.bar.value = one.finished + one.missing;
