@@ -9,7 +9,8 @@ of Defects in Solids, 1987, section 11, in the plane; likewise in bending). All 
 axes.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
     """
     for disc in state.discs:
         near, area = _within(ops, disc)
-        lost, lossy = (np.real(one) for one in _lost(ops, state, disc))
+        lost, lossy = (np.real(one) for one in _Sheet.of(ops, state).lost(disc))
         rows, area = ops.strain[:, near], np.real(area)
         plate, plate_loss = _energy(rows, lost, area), _energy(rows, lossy, area)
         whole = replace(whole, plate=whole.plate - plate, plate_loss=whole.plate_loss - plate_loss)
@@ -55,11 +56,15 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
     basis : (r, m) ndarray
         Columns that span the coordinates.
     """
+    if not stepped.discs:
+        return moved
+    sheet = _Sheet.of(ops, stepped)
+    sheet_steps = _steps(sheet)
     for disc in stepped.discs:
-        near, area = _within(ops, disc)
-        both = _lost(ops, stepped, disc)
-        if not (any(np.imag(one).any() for one in both) or np.imag(area).any()):
+        if not (sheet_steps or _steps(disc)):  # most parameters leave spots as they are
             continue
+        near, area = _within(ops, disc)
+        both = sheet.lost(disc)
         rows = ops.strain[:, near] @ basis
         plate, plate_loss = (
             _energy(rows, np.imag(one) / COMPLEX_STEP, area.real)
@@ -70,33 +75,71 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
     return moved
 
 
-def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[Numbers, Numbers]:
-    """Return both parts of the complex stiffness lost in a disc, (8, 8): force by strain of `ops`, per area.
+@dataclass(frozen=True)
+class _Sheet:
+    """The sheet in which spots lie.
 
-    The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
+    Attributes
+    ----------
+    in_plane : (3, 3) ndarray
+        Stiffness by strains x, y, xy, over `modulus`.
+    across : (2, 2) ndarray
+        Transverse shear stiffness, over that of an isotropic sheet.
+    modulus : number
+        Plane-stress modulus E/(1 - nu2), Pa.
+    poisson_ratio : number
+    losses : (8,) ndarray
+        Root of the loss factor of each strain of `EffectOperators.strain`.
+    thickness : float
+        m.
     """
-    temperature, h = state.mean_temperature, ops.thickness
-    nu = state.laws.poisson_ratio(temperature)
-    c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
-    away = state.departures
-    x, y, shear = ops.sheet * [
-        state.modulus_x * away.modulus_x,
-        state.modulus_y * away.modulus_y,
-        state.in_plane_shear * away.in_plane_shear,
-    ]
-    cross = nu * np.sqrt(x * y)
-    q = np.array([[x, cross, 0.0], [cross, y, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu) * shear]])
-    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(q, c1, disc.loss, away.shear_x, away.shear_y))
-    for first, factor, yielding in ((0, h, in_plane_yielding(q)), (3, h**3 / 12.0, bending_yielding(q))):
-        held = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
-        stiffness[first : first + 3, first : first + 3] = factor * c1 * held
-    across = np.diag([away.shear_x, away.shear_y])
-    stiffness[6:, 6:] = across * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
-    lost = np.asarray(disc.loss * stiffness)
-    loss = state.laws.loss_factor(temperature)
-    roots = np.sqrt([away.loss_x, away.loss_y, away.loss_shear])
-    each = np.concatenate([roots, roots, roots[[2, 2]]])
-    return lost, np.asarray(loss * each[:, None] * each * lost)
+
+    in_plane: Numbers
+    across: Numbers
+    modulus: Any
+    poisson_ratio: Any
+    losses: Numbers
+    thickness: float
+
+    @classmethod
+    def of(cls, ops: EffectOperators, state: PlateState) -> Self:
+        """Return that of a state, at its mean temperature."""
+        temperature, away = state.mean_temperature, state.departures
+        nu = state.laws.poisson_ratio(temperature)
+        x, y, shear = ops.sheet * [
+            state.modulus_x * away.modulus_x,
+            state.modulus_y * away.modulus_y,
+            state.in_plane_shear * away.in_plane_shear,
+        ]
+        cross = nu * np.sqrt(x * y)
+        in_plane = np.array([[x, cross, 0.0], [cross, y, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu) * shear]])
+        modulus = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
+        roots = np.sqrt(
+            np.array([away.loss_x, away.loss_y, away.loss_shear]) * state.laws.loss_factor(temperature)
+        )
+        losses = np.concatenate([roots, roots, roots[[2, 2]]])
+        return cls(in_plane, np.diag([away.shear_x, away.shear_y]), modulus, nu, losses, ops.thickness)
+
+    def lost(self, disc: Disc) -> tuple[Numbers, Numbers]:
+        """Return both parts of the complex stiffness lost in a disc, (8, 8): force by strain, per area.
+
+        The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
+        """
+        h, q = self.thickness, self.in_plane
+        held = np.result_type(q, self.modulus, disc.loss, self.across)
+        stiffness: Numbers = np.zeros((8, 8), dtype=held)
+        for first, factor, yielding in ((0, h, in_plane_yielding(q)), (3, h**3 / 12.0, bending_yielding(q))):
+            inside = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
+            stiffness[first : first + 3, first : first + 3] = factor * self.modulus * inside
+        shear = 0.5 * self.modulus * (1.0 - self.poisson_ratio)
+        stiffness[6:, 6:] = self.across * SHEAR_FACTOR * h * shear / (1.0 - 0.5 * disc.loss)
+        lost = np.asarray(disc.loss * stiffness)
+        return lost, np.asarray(self.losses[:, None] * self.losses * lost)
+
+
+def _steps(of: Disc | _Sheet) -> bool:
+    """Whether a value of it has an imaginary step."""
+    return any(np.iscomplexobj(getattr(of, field.name)) for field in fields(of))
 
 
 def in_plane_yielding(q: Numbers) -> Numbers:
