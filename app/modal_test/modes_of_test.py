@@ -361,7 +361,7 @@ def load_stabilization(path: Path) -> StabilizationChart:
         return read_value(file["stabilization"], StabilizationChart)
 
 
-def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, temperature: float = float("nan")) -> None:
+def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, temperature: float) -> None:
     """Write one row per mode as comma-separated text, its shape (real and imaginary part by place) after it.
 
     Parameters
