@@ -1,7 +1,7 @@
 """The gap workflow from FRFs to a report, and the verdict on what its search found."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -106,7 +106,7 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     claimed = found.effects if judgement.verdict == "explained" else ()
     sure = {name: _surety(context, found, name) for name in claimed}
-    doubt = doubted(sure) or doubt_of_scatter(context, baseline, found.fit, sure)
+    doubt = doubted(sure) or _at_bounds(found.fit, sure) or doubt_of_scatter(context, baseline, found.fit, sure)
     if doubt:
         judgement = Judgement("unknown", doubt)
     conclusion = _concluded(context, found, tried, judgement, sure)
@@ -129,6 +129,14 @@ def find_gap(
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
     return _report(updated, context, found, conclusion, alone, tuple(notes), clock() - begun)
+
+
+def _at_bounds(fit: GapFit, sure: Collection[str]) -> str:
+    """Say which effects that would be named have become others; empty where none has."""
+    others = [name for name in fit.become_another if name in sure]
+    if not others:
+        return ""
+    return f"hints, not names: {', '.join(others)} ends at the bound of its range, where it is another effect"
 
 
 def _hints(context: SearchContext, found: SearchResult, tried: HeldOut) -> Iterator[str]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.noise import NumericalFloor
+from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.gap import find_gap
 from analysis.gap.imperfect import naming
 from analysis.gap.search import held_out
@@ -66,6 +67,21 @@ def test_a_single_effect_is_named_sized_and_proved(solve, effects, alike):
     assert report.held_out[1].closure is None or report.held_out[1].closure > 0.9  # readings take a lag along
     assert report.baseline.z > 30.0 > 3.0 > report.final.z
     assert report.unexplained < 0.05
+
+
+def test_an_effect_that_is_not_told_from_its_bound_is_not_named(toy, pool):
+    frf, rig = toy.record(effects={"damage": {"loss": 0.05, "x": 0.33}}, temperatures=TEMPERATURES)
+    report = find_gap(frf, toy.updated(frf), toy.bounded(toy.Plate(), "damage", "x", 0.33), rig, pool)
+    assert report.verdict == "unknown"
+    assert names(report) == set()
+
+
+def test_an_effect_that_comes_to_its_bound_in_the_last_fit_is_a_hint(toy, pool, monkeypatch):
+    monkeypatch.setattr(GapFit, "plausible", True)
+    frf, rig = toy.record(effects={"damage": {"loss": 0.05, "x": 0.33}}, temperatures=TEMPERATURES)
+    report = find_gap(frf, toy.updated(frf), toy.bounded(toy.Plate(), "damage", "x", 0.33), rig, pool)
+    assert report.verdict == "unknown"
+    assert "damage ends at the bound of its range, where it is another effect" in "; ".join(report.notes)
 
 
 def test_a_small_effect_is_seen_below_the_excess_of_chi2(solve):
