@@ -210,8 +210,8 @@ class Frf(Labelled):
         for sweep, channel in np.argwhere(~(noise > ROUNDING_NOISE**2 * size))[:1]:
             raise ValueError(
                 f"channel {self.channels[channel]} at {self.temperature[sweep]:.1f} °C ({self.direction[sweep]}): "
-                "lines without variance, the repeats agree to the last digit. They are copies of one recording: "
-                "record at least two repeats of each sweep"
+                "lines without variance, as no measurement has them. If they are copies of one recording, record "
+                "at least two repeats of each sweep; if they were computed, add noise, 0.1 % of their rms"
             )
 
     def without(self, sweeps: Sequence[int], why: str) -> "Frf":
