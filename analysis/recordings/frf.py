@@ -170,12 +170,17 @@ class Frf(Labelled):
         where = f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
         return f"{self.level[sweep]:g} {self.level_unit(sweep)}{where}"
 
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Name of the input that drove each sweep; empty where there is one."""
+        return tuple(self.sources[k] for k in self.driven_by) if self.sources else ()
+
     def labelled(self) -> LabelledArrays:
         """FRFs, variance and coherence over sweep, channel and frequency."""
         lines = ("sweep", "channel", "frequency")
         units = dict.fromkeys(self.units) or {self.unit(0): None}
         levels = dict.fromkeys(self.level_unit(sweep) for sweep in range(len(self.temperature)))
-        driven = {} if not self.sources else {"drive": (("sweep",), np.array(self.sources)[self.driven_by])}
+        driven = {} if not self.sources else {"drive": (("sweep",), np.array(self.drives))}
         return LabelledArrays(
             {"h": (lines, self.h), "variance": (lines, self.variance), "coherence": (lines, self.coherence)},
             {

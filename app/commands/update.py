@@ -202,7 +202,7 @@ def command(
             "best_twin": best.record,
             **extent_record(loaded.extent),
         },
-        lambda: show([*tables_of(updated), *pairing_tables(pairs)], budget_lines(updated)),
+        lambda: show([*tables_of(updated, found.frf.drives), *pairing_tables(pairs)], budget_lines(updated)),
     )
     if len(inputs) > 1:
         output.note(f"gains: {gains_text(updated, inputs)}")

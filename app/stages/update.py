@@ -140,7 +140,7 @@ class Updating(Labelled):
 
     def _repr_html_(self) -> str:
         record = pairing_record(self.pairing)
-        tables = [*tables_of(self.updated), *pairing_tables(record)]
+        tables = [*tables_of(self.updated, self.frf.drives), *pairing_tables(record)]
         return as_html(headline(self.updated), tables, self._notes)
 
     @property

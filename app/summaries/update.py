@@ -4,6 +4,7 @@ Constants of an orthotropic sheet by direction: as JSON, as tables, in a line, a
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -136,9 +137,25 @@ def _row(updated: Updated, t: int) -> dict[str, Any]:
     }
 
 
-def tables_of(updated: Updated) -> list[Table]:
-    """Return the estimates as tables, one row per sweep: one, or of an orthotropic sheet two."""
-    return [_table_of(updated)] if updated.sheet is None else sheet_tables(updated, updated.sheet)
+def tables_of(updated: Updated, driven_by: Sequence[str] = ()) -> list[Table]:
+    """Return the estimates as tables, one row per sweep: one, or of an orthotropic sheet two.
+
+    Parameters
+    ----------
+    driven_by : sequence of str
+        Of every sweep, where there are several inputs: its name stands behind the temperature, because a terminal
+        of 80 columns has no room for one more.
+    """
+    tables = [_table_of(updated)] if updated.sheet is None else sheet_tables(updated, updated.sheet)
+    if not driven_by:
+        return tables
+    return [
+        replace(
+            table,
+            rows=tuple((f"{row[0]} {name}", *row[1:]) for row, name in zip(table.rows, driven_by, strict=True)),
+        )
+        for table in tables
+    ]
 
 
 def _table_of(updated: Updated) -> Table:
@@ -147,11 +164,11 @@ def _table_of(updated: Updated) -> Table:
         (
             f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}",
             f"{e / 1e9:.4f}",
-            f"{100 * sigma.youngs_modulus[t] / e:.4f}",
+            _sigma(100 * sigma.youngs_modulus[t] / e, 4),
             f"{nu:.4f}",
-            f"{sigma.poisson_ratio[t]:.5f}",
+            _sigma(sigma.poisson_ratio[t], 5),
             f"{100 * eta:.3f}",
-            f"{100 * sigma.loss_factor[t] / eta:.4f}",
+            _sigma(100 * sigma.loss_factor[t] / eta, 4),
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
         )
@@ -159,6 +176,15 @@ def _table_of(updated: Updated) -> Table:
     )
     headings = ("T [°C]", "E [GPa]", "σ_E/E [%]", "ν", "σ_ν", "η [%]", "σ_η/η [%]", "misfit", "noise")
     return Table("Updated twin", headings, rows, CAPTION, whole=True)
+
+
+def _sigma(value: float, digits: int) -> str:
+    """Write a standard deviation; of what is no estimate it has no digits after the point."""
+    return f"{value:.{digits}f}" if value < LARGEST_SIGMA else f"{value:.1g}"
+
+
+LARGEST_SIGMA = 1000.0
+"""Of what is told in per cent: ten times itself. Seven digits before the point cut the columns of a terminal."""
 
 
 def budgets(updated: Updated) -> dict[str, dict[str, float]]:
