@@ -136,7 +136,7 @@ def _at_bounds(fit: GapFit, sure: Collection[str]) -> str:
     others = [name for name in fit.become_another if name in sure]
     if not others:
         return ""
-    return f"hints, not names: {', '.join(others)} ends at the bound of its range, where it is another effect"
+    return f"hints, not names: {', '.join(others)}: not told from the end of its range, where it is another effect"
 
 
 def _hints(context: SearchContext, found: SearchResult, tried: HeldOut) -> Iterator[str]:

@@ -126,11 +126,11 @@ class _Sheet:
         The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
         """
         h, q = self.thickness, self.in_plane
-        held = np.result_type(q, self.modulus, disc.loss, self.across)
-        stiffness: Numbers = np.zeros((8, 8), dtype=held)
+        kind = np.result_type(q, self.modulus, disc.loss, self.across)
+        stiffness: Numbers = np.zeros((8, 8), dtype=kind)
         for first, factor, yielding in ((0, h, in_plane_yielding(q)), (3, h**3 / 12.0, bending_yielding(q))):
-            inside = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
-            stiffness[first : first + 3, first : first + 3] = factor * self.modulus * inside
+            held = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
+            stiffness[first : first + 3, first : first + 3] = factor * self.modulus * held
         shear = 0.5 * self.modulus * (1.0 - self.poisson_ratio)
         stiffness[6:, 6:] = self.across * SHEAR_FACTOR * h * shear / (1.0 - 0.5 * disc.loss)
         lost = np.asarray(disc.loss * stiffness)

@@ -81,7 +81,7 @@ def test_an_effect_that_comes_to_its_bound_in_the_last_fit_is_a_hint(toy, pool, 
     frf, rig = toy.record(effects={"damage": {"loss": 0.05, "x": 0.33}}, temperatures=TEMPERATURES)
     report = find_gap(frf, toy.updated(frf), toy.bounded(toy.Plate(), "damage", "x", 0.33), rig, pool)
     assert report.verdict == "unknown"
-    assert "damage ends at the bound of its range, where it is another effect" in "; ".join(report.notes)
+    assert "damage: not told from the end of its range, where it is another effect" in "; ".join(report.notes)
 
 
 def test_a_small_effect_is_seen_below_the_excess_of_chi2(solve):
