@@ -167,7 +167,7 @@ class Frf(Labelled):
     def drive(self, sweep: int) -> str:
         """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
         sweep = _number("sweep", sweep, len(self.temperature))
-        where = f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
+        where = f" at {self.drives[sweep]}" if self.sources else ""
         return f"{self.level[sweep]:g} {self.level_unit(sweep)}{where}"
 
     @property

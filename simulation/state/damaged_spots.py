@@ -35,9 +35,12 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
     whole : Composite
         Without discs, in all r coordinates.
     """
+    if not state.discs:
+        return whole
+    sheet = _Sheet.of(ops, state)
     for disc in state.discs:
         near, area = _within(ops, disc)
-        lost, lossy = (np.real(one) for one in _Sheet.of(ops, state).lost(disc))
+        lost, lossy = (np.real(one) for one in sheet.lost(disc))
         rows, area = ops.strain[:, near], np.real(area)
         plate, plate_loss = _energy(rows, lost, area), _energy(rows, lossy, area)
         whole = replace(whole, plate=whole.plate - plate, plate_loss=whole.plate_loss - plate_loss)

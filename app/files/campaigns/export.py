@@ -277,7 +277,7 @@ def _write_csv(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]
 
 def _named(frf: Frf, sweep: int) -> str:
     """Return what names a sweep in a file's name: ``20.01C_up_0.3V``."""
-    where = f"_{frf.sources[frf.driven_by[sweep]]}" if frf.sources else ""
+    where = f"_{frf.drives[sweep]}" if frf.sources else ""
     level = f"{frf.level[sweep]:g}{frf.level_unit(sweep)}"
     return f"{frf.temperature[sweep]:.2f}C_{frf.direction[sweep]}_{level}{where}"
 
